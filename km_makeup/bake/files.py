@@ -1,0 +1,97 @@
+"""Images in and out through OpenImageIO, imported on first use."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import MakeupError
+from ..files import replacing
+from ..makeup.maps import CHANNELS, check_map
+
+
+def _oiio() -> ModuleType:
+    try:
+        import OpenImageIO
+    except ImportError:
+        raise MakeupError(
+            "OpenImageIO is not there: Blender brings it; with the bpy module run tests/run or sample_blend/run once, "
+            "which set it up."
+        ) from None
+    return OpenImageIO
+
+
+def read_image(path: Path) -> tuple[NDArray, list[str]]:
+    """An image as stored, (height, width, channels) uint8 or float32, top row first, and its channel names.
+
+    16-bit integers come as float32 0..1. Raises MakeupError where the file is missing or unreadable.
+    """
+    oiio = _oiio()
+    path = Path(path)
+    if not path.is_file():
+        raise MakeupError(f"The image {path} does not exist; check the path.")
+    source = oiio.ImageInput.open(str(path))
+    if source is None:
+        raise MakeupError(f"The image {path} cannot be read ({oiio.geterror().strip()}); save it again as PNG or EXR.")
+    try:
+        spec = source.spec()
+        eight_bit = spec.format == oiio.TypeDesc("uint8")
+        pixels = source.read_image("uint8" if eight_bit else "float")
+        if pixels is None:
+            raise MakeupError(f"The image {path} is damaged ({source.geterror().strip()}); save it again as PNG or EXR.")
+        names = list(spec.channelnames)
+    finally:
+        source.close()
+    return np.atleast_3d(np.asarray(pixels)), names
+
+
+def read_map(path: Path, channel: str = "R") -> NDArray:
+    """One cosmetic map (height, width): the given channel of an image, bottom row first as Blender stores it.
+
+    Raises MakeupError where the file, the channel or the values are unusable.
+    """
+    pixels, _ = read_image(path)
+    index = CHANNELS.index(channel)
+    if index >= pixels.shape[2]:
+        raise MakeupError(f"{path} has {pixels.shape[2]} channel(s), so no channel {channel}; name one that it has.")
+    return check_map(np.ascontiguousarray(pixels[::-1, :, index]), str(path))
+
+
+def write_exr(path: Path, pixels: NDArray, half: bool = True, metadata: Mapping[str, str] | None = None) -> None:
+    """An OpenEXR of linear values (height, width, channels), bottom row first, whole or not at all.
+
+    ``half`` writes 16-bit floats, otherwise 32-bit. ``metadata`` goes into the header; no time of day is
+    written, so that the same pixels give the same bytes.
+    """
+    oiio = _oiio()
+    path = Path(path)
+    height, width, channels = pixels.shape
+    spec = oiio.ImageSpec(width, height, channels, "half" if half else "float")
+    spec.attribute("compression", "zip")
+    spec.attribute("DateTime", "")
+    for key, value in (metadata or {}).items():
+        spec.attribute(f"km_makeup/{key}", value)
+    with replacing(path) as temporary:
+        target = oiio.ImageOutput.create(str(temporary))
+        if target is None or not target.open(str(temporary), spec):
+            raise MakeupError(f"Cannot write {path} ({oiio.geterror().strip()}); check the folder and the free space.")
+        good = target.write_image(np.ascontiguousarray(pixels[::-1], dtype=np.float32))
+        message = target.geterror() if not good else ""
+        if not target.close() or not good:
+            raise MakeupError(f"Cannot write {path} ({message.strip() or target.geterror()}); is the disk full?")
+
+
+def write_png(path: Path, pixels: NDArray) -> None:
+    """An 8-bit PNG of the bytes (height, width[, channels]), bottom row first, whole or not at all."""
+    oiio = _oiio()
+    rows = np.atleast_3d(pixels)[::-1]
+    spec = oiio.ImageSpec(rows.shape[1], rows.shape[0], rows.shape[2], "uint8")
+    with replacing(Path(path)) as temporary:
+        target = oiio.ImageOutput.create(str(temporary))
+        if target is None or not target.open(str(temporary), spec) or not target.write_image(np.ascontiguousarray(rows)):
+            raise MakeupError(f"Cannot write {path} ({oiio.geterror().strip()}); check the folder and the free space.")
+        target.close()

@@ -1,0 +1,43 @@
+"""Facts about a scene, as plain data: what a plan is made from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Engine(Enum):
+    """The render engine that a plan is for."""
+
+    EEVEE = "EEVEE"
+    CYCLES = "CYCLES"
+
+
+class Switch(Enum):
+    """What the user says about one effect."""
+
+    AUTO = "auto"
+    ON = "on"
+    OFF = "off"
+
+
+@dataclass(frozen=True)
+class LayerFacts:
+    """One layer: its product, full thickness in mm, the highest painted value and the covered fraction (0..1)."""
+
+    name: str
+    product: str
+    thickness_mm: float
+    map_max: float
+    coverage: float
+    enabled: bool = True
+    internal: bool = True
+    switch: Switch = Switch.AUTO
+
+
+@dataclass(frozen=True)
+class SceneFacts:
+    """One object with makeup, its layers bottom to top, and the engine that renders it."""
+
+    layers: tuple[LayerFacts, ...]
+    engine: Engine

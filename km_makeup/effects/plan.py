@@ -1,0 +1,114 @@
+"""The plan: which effects exist in a scene at all, and why.
+
+Builders and bakes make what the plan lists and nothing else.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .facts import Engine, LayerFacts, SceneFacts, Switch
+
+DEFAULT_TOLERANCE = 0.5
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One effect: on or off, the reason in words, the bound on the error (CIEDE2000) if it is left out, and its cost.
+
+    ``error`` is None where leaving it out changes nothing that can be measured or is not known yet;
+    ``cost`` is what its being there adds, in words with units.
+    """
+
+    name: str
+    on: bool
+    reason: str
+    error: float | None = None
+    cost: str = ""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """All effects considered, in a fixed order, at the tolerance (CIEDE2000) they were decided for."""
+
+    films: tuple[Effect, ...]
+    air_interface: Effect
+    film_closure: Effect
+    finish: Effect
+    tolerance: float
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """Every effect of the plan."""
+        return (*self.films, self.air_interface, self.film_closure, self.finish)
+
+    @property
+    def film_indices(self) -> tuple[int, ...]:
+        """Indices of the layers whose films exist, bottom to top."""
+        return tuple(i for i, effect in enumerate(self.films) if effect.on)
+
+    @property
+    def any_film(self) -> bool:
+        """Whether the skin's material has to be touched at all."""
+        return bool(self.film_indices)
+
+
+def make_plan(facts: SceneFacts, tolerance: float = DEFAULT_TOLERANCE) -> Plan:
+    """Decide which effects the scene calls for.
+
+    Parameters: ``facts`` about one object; ``tolerance`` in CIEDE2000.
+    """
+    films = tuple(_film(layer) for layer in facts.layers)
+    live = [layer for layer, film in zip(facts.layers, films) if film.on]
+    internal = any(layer.internal for layer in live)
+    return Plan(
+        films=films,
+        air_interface=Effect(
+            "Air interface",
+            internal,
+            "products hold internal K and S: light leaves through the surface"
+            if internal
+            else ("no film" if not live else "products were measured through the surface"),
+            None if internal else 0.0,
+            "none: part of the bake and of the films' transfer",
+        ),
+        film_closure=_film_closure(facts.engine, bool(live)),
+        finish=Effect(
+            "Film highlight",
+            bool(live),
+            "films have their own roughness and reflectance" if live else "no film",
+            None if live else 0.0,
+            "about 10 nodes a skin shader",
+        ),
+        tolerance=tolerance,
+    )
+
+
+def _film(layer: LayerFacts) -> Effect:
+    name = f"Film {layer.name}"
+    cost = "1 texture and 1 node group"
+    if layer.switch is Switch.ON:
+        return Effect(name, True, "forced on", None, cost)
+    if layer.switch is Switch.OFF:
+        return Effect(name, False, "forced off", None, cost)
+    if not layer.enabled:
+        return Effect(name, False, "the layer is hidden", 0.0, cost)
+    if layer.map_max <= 0:
+        return Effect(name, False, "its map is empty", 0.0, cost)
+    if layer.thickness_mm <= 0:
+        return Effect(name, False, "its thickness is zero", 0.0, cost)
+    return Effect(
+        name, True, f"painted on {100 * layer.coverage:.1f} % of the map, up to {1000 * layer.thickness_mm * layer.map_max:.3g} µm",
+        None, cost,
+    )  # fmt: skip
+
+
+def _film_closure(engine: Engine, any_film: bool) -> Effect:
+    name = "Film light apart from skin light"
+    if not any_film:
+        return Effect(name, False, "no film", 0.0)
+    if engine is Engine.CYCLES:
+        return Effect(name, True, "Cycles scatters the skin's part only; the films' part leaves where it enters", None, "1 closure")
+    return Effect(
+        name, False, "EEVEE samples two closures with noise; one closure, its radius scaled by the skin's share", None, "1 closure"
+    )

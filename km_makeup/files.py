@@ -1,0 +1,62 @@
+"""Files are written whole or not at all: to a temporary name beside the target, then renamed."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from .errors import MakeupError
+
+
+@contextlib.contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A temporary path to write to; when the block ends well it takes the place of ``path``.
+
+    The temporary file keeps the suffix of ``path``, since image writers choose the format by it.
+
+    Raises MakeupError where the folder is missing or read-only, or the disk is full.
+    """
+    path = Path(path)
+    try:
+        handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
+    except OSError as error:
+        raise MakeupError(f"Cannot write {path}: {error.strerror}; choose a folder you may write to.") from None
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        yield temporary
+        with temporary.open("rb") as written:
+            os.fsync(written.fileno())
+        os.chmod(temporary, 0o666 & ~_umask())
+        os.replace(temporary, path)
+    except OSError as error:
+        raise MakeupError(f"Cannot write {path}: {error.strerror}; free some space or choose another folder.") from None
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _umask() -> int:
+    mask = os.umask(0o022)
+    os.umask(mask)
+    return mask
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a UTF-8 text file whole or not at all."""
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def ensure_folder(folder: Path) -> Path:
+    """The folder, made where it is missing; MakeupError where it cannot be made or written to."""
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise MakeupError(f"Cannot make the folder {folder}: {error.strerror}; choose another output folder.") from None
+    if not os.access(folder, os.W_OK):
+        raise MakeupError(f"The folder {folder} is read-only; choose another output folder.")
+    return folder

@@ -1,0 +1,110 @@
+"""The live colour path: what each film does to the colour below it, as an affine map per thickness.
+
+``out = a(value) + M(value) c`` with c the linear RGB of what lies below, in 32 steps of the painted value
+spaced as its square. ``a`` is the film over black, computed; ``M`` is fitted by least squares to the
+stack at hand: the substrates of each film are the skins of this head under the films below it. Kept that
+way, the split into the films' own light and the skin's is true, and the residual is what the fit costs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..optics import Interface
+from ..spectra import Bands
+from .coat import Coat, on_skin
+
+STOPS = 32
+TABLE = 255
+"""Blender evaluates a colour ramp through a table of 256 entries; stops on its entries are met exactly."""
+
+RIDGE = 1e-4
+SUBSTRATE_VALUES = (0.0, 0.15, 0.5, 1.0)
+
+
+def stop_positions() -> NDArray:
+    """Positions 0..1 of the stops on the ramp, (STOPS,); the painted value there is the position squared."""
+    return np.round(np.arange(STOPS) * TABLE / (STOPS - 1)) / TABLE
+
+
+@dataclass(frozen=True)
+class Transfer:
+    """One film as ``out = a + M c``: ``a`` (STOPS, 3), ``M`` (STOPS, 3, 3), c and out linear RGB columns."""
+
+    a: NDArray
+    M: NDArray
+    residual: float
+
+    def apply(self, value: NDArray, c: NDArray) -> NDArray:
+        """Colour (..., 3) of the film painted ``value`` (...,) thick over the colours c (..., 3), as the nodes do it."""
+        x = np.sqrt(np.clip(value, 0, 1))
+        positions = stop_positions()
+        table = np.concatenate([self.a, self.M.reshape(len(self.M), 9)], axis=1)
+        row = np.stack([np.interp(x, positions, table[:, i]) for i in range(12)], axis=-1)
+        return row[..., :3] + np.einsum("...ij,...j->...i", row[..., 3:].reshape(*x.shape, 3, 3), c)
+
+
+def fit_transfers(
+    coats: Sequence[Coat], skins: NDArray, interface: Interface | None, bands: Bands
+) -> list[Transfer]:
+    """The transfers of a stack's films, bottom to top.
+
+    Parameters: ``coats`` at the wavelengths of ``bands``; ``skins`` (count, bands), apparent reflectance of
+    the skins to be met; ``interface`` as `interface_of` gives it.
+
+    Each state in the chain is what would be seen through the air if the stack ended there.
+    """
+    ground = np.atleast_2d(skins)
+    transfers = []
+    for one in coats:
+        transfers.append(_fit_one(one, ground, interface, bands))
+        ground = _under_next(one, ground, interface)
+    return transfers
+
+
+def _fit_one(one: Coat, ground: NDArray, interface: Interface | None, bands: Bands) -> Transfer:
+    values = stop_positions() ** 2
+    optics = on_skin([one.at(values)], interface)
+    W = bands.weights
+    c = ground @ W
+    out = optics.R[:, None] + optics.T2[:, None] * ground / np.maximum(1 - optics.R_up[:, None] * ground, 1e-9)
+    target = out @ W
+    a = optics.R @ W
+    seen = target - a[:, None]
+    weight = 1 / np.maximum(np.abs(target).mean(axis=2), 0.02) ** 0.5
+    M = _ridge(c, seen, weight)
+    a[0], M[0] = 0, np.eye(3)
+    fitted = a[:, None] + np.einsum("sij,gj->sgi", M, c)
+    return Transfer(a, M, float(np.abs(fitted - target).max()))
+
+
+def _ridge(c: NDArray, seen: NDArray, weight: NDArray) -> NDArray:
+    """M (stops, 3, 3) with M c close to ``seen`` (stops, ground, 3), pulled gently to a diagonal matrix.
+
+    Skins of one colour do not determine nine numbers; the diagonal one that maps their mean is the
+    natural choice, and deviations from it are paid for.
+    """
+    mean = c.mean(axis=0)
+    diagonal = seen.mean(axis=1) / np.maximum(mean, 1e-6)
+    prior = diagonal[:, :, None] * np.eye(3)
+    rest = seen - diagonal[:, None] * c
+    wc = weight[..., None] * c
+    gram = np.einsum("sgi,sgj->sij", wc, wc)
+    gram += RIDGE * np.trace(gram, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
+    right = np.einsum("sgi,sgj->sij", wc, weight[..., None] * rest)
+    return prior + np.linalg.solve(gram, right).transpose(0, 2, 1)
+
+
+def _under_next(one: Coat, ground: NDArray, interface: Interface | None) -> NDArray:
+    """The reflectances that the next film will meet: those below, under this film at several values.
+
+    The number is kept within bounds by taking every n-th, in a fixed order.
+    """
+    optics = on_skin([one.at(np.array(SUBSTRATE_VALUES))], interface)
+    met = optics.R[:, None] + optics.T2[:, None] * ground / np.maximum(1 - optics.R_up[:, None] * ground, 1e-9)
+    met = met.reshape(-1, ground.shape[1])
+    return met[:: -(-len(met) // 96)]
