@@ -1,0 +1,41 @@
+"""The one place that imports colour-science, and only when a colour is asked for."""
+
+from __future__ import annotations
+
+import functools
+import warnings
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import MakeupError
+from .grid import WAVELENGTHS
+
+
+@functools.cache
+def colour_science() -> ModuleType:
+    """The module ``colour``; its notes about SciPy and Matplotlib, which are not used here, are not shown.
+
+    Raises MakeupError where colour-science is not installed.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", message=".*related API features are not available.*")
+            import colour
+    except ModuleNotFoundError as error:
+        raise MakeupError(
+            f"colour-science cannot be imported ({error.name} is missing); "
+            "install the extension again, or run: pip install --no-deps colour-science==0.4.7"
+        ) from None
+    return colour
+
+
+@functools.cache
+def observer() -> NDArray[np.float64]:
+    """CIE 1931 2 degree colour-matching functions x, y, z on WAVELENGTHS, shape (81, 3)."""
+    table = colour_science().MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
+    rows = np.searchsorted(table.wavelengths, WAVELENGTHS)
+    values = np.array(table.values[rows], dtype=np.float64)
+    values.setflags(write=False)
+    return values
