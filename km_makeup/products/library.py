@@ -1,0 +1,103 @@
+"""The products one can choose from: shipped ones, those of the user, those of folders in the environment."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from ..errors import MakeupError
+from ..files import ensure_folder
+from .files import read_product, write_product
+from .product import Product
+
+PRODUCTS_VARIABLE = "KM_MAKEUP_PRODUCTS"
+"""Environment variable: further folders of product files, separated as in PATH."""
+
+SHIPPED = Path(__file__).parent / "shipped"
+
+
+@dataclass(frozen=True)
+class Library:
+    """Products by id.
+
+    ``problems`` says, in one sentence each, which files could not be used and why; those files are left as
+    they are. ``folder`` is where `save` writes, if anywhere.
+    """
+
+    products: tuple[Product, ...] = ()
+    problems: tuple[str, ...] = ()
+    folder: Path | None = None
+
+    @staticmethod
+    def shipped() -> Library:
+        """The products that come with the extension."""
+        return Library.read([SHIPPED])
+
+    @staticmethod
+    def user(folder: str | os.PathLike[str] | None = None) -> Library:
+        """All that a user can choose from: shipped products, folders in KM_MAKEUP_PRODUCTS, and a folder of one's own.
+
+        Folders that do not exist hold no products; one named by the environment variable is reported.
+        """
+        named = [Path(entry) for entry in os.environ.get(PRODUCTS_VARIABLE, "").split(os.pathsep) if entry.strip()]
+        missing = tuple(
+            f"The folder {one} in {PRODUCTS_VARIABLE} does not exist; correct the variable."
+            for one in named
+            if not one.is_dir()
+        )
+        own = [Path(folder)] if folder is not None else []
+        found = Library.read([SHIPPED, *named, *own])
+        return replace(found, problems=missing + found.problems, folder=own[0] if own else None)
+
+    @staticmethod
+    def read(folders: list[Path]) -> Library:
+        """The products of all ``*.json`` files in some folders; of two with one id the first is taken."""
+        products: dict[str, Product] = {}
+        problems = []
+        for file in (file for folder in folders for file in sorted(folder.glob("*.json"))):
+            try:
+                product = read_product(file)
+            except MakeupError as error:
+                problems.append(str(error))
+                continue
+            if product.id in products:
+                problems.append(f"Product file {file}: the id {product.id!r} is taken; give this one another id.")
+            else:
+                products[product.id] = product
+        return Library(tuple(products.values()), tuple(problems))
+
+    def find(self, id: str) -> Product:
+        """The product with an id.
+
+        Raises MakeupError, naming ids that are close, where there is none.
+        """
+        for product in self.products:
+            if product.id == id:
+                return product
+        known = [product.id for product in self.products]
+        near = (
+            difflib.get_close_matches(str(id), known, n=3, cutoff=0.5)
+            or [one for one in known if str(id).split("-")[0] in one][:3]
+        )
+        broken = [problem for problem in self.problems if f"{os.sep}{id}.json" in problem]
+        hint = f"did you mean {' or '.join(near)}?" if near else f"the library holds: {', '.join(known) or 'nothing'}."
+        raise MakeupError(f"There is no product {str(id)!r}; {broken[0] if broken else hint}")
+
+    def save(self, product: Product, overwrite: bool = False) -> Library:
+        """Write a product into the user's folder and return the library that holds it.
+
+        Raises MakeupError where there is no such folder, or the id is taken and ``overwrite`` is not set.
+        """
+        if self.folder is None:
+            raise MakeupError("This library has no folder to write to; open the user's library.")
+        file = ensure_folder(self.folder) / f"{product.id}.json"
+        others = [one for one in self.products if one.id == product.id]
+        if others and not file.exists():
+            raise MakeupError(f"The id {product.id!r} belongs to another library; give the product another id.")
+        if file.exists() and not overwrite:
+            raise MakeupError(f"{file} exists; choose another id or ask to overwrite it.")
+        write_product(product, file)
+        kept = tuple(one for one in self.products if one.id != product.id)
+        return replace(self, products=(*kept, product))
