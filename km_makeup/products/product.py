@@ -6,7 +6,6 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,6 @@ Spectrum = NDArray[np.float64]
 
 ID_PATTERN = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 LONGEST_ID = 80
-NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 
 class Form(StrEnum):
@@ -58,8 +56,8 @@ class Provenance:
     licence: str = ""
     maker: str = ""
     shade: str = ""
-    recipe: Mapping[str, float] = NOTHING
-    extra: Mapping[str, Any] = NOTHING
+    recipe: Mapping[str, float] = field(default_factory=dict)
+    extra: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "status", _one_of(Status, self.status, "provenance status"))
@@ -73,7 +71,7 @@ class Finish:
 
     roughness: float = 0.5
     f0: float = 0.04
-    extra: Mapping[str, Any] = NOTHING
+    extra: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in ("roughness", "f0"):
@@ -106,7 +104,7 @@ class Product:
     thickness_um: float = 20.0
     K_error: Spectrum | None = None
     S_error: Spectrum | None = None
-    extra: Mapping[str, Any] = NOTHING
+    extra: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         check_id(self.id)
