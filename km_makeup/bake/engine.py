@@ -9,7 +9,7 @@ of a skin texture.
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from ..makeup.coat import Coat, OnSkin, on_skin
 from ..makeup.maps import check_map, check_same_size
 from ..optics import Interface
 from ..spectra import Bands, upsample_skin
+from ..spectra.lights import Light
 
 CHUNK = 16384
 """Texels computed at once: 81 bands of float32 are then 5 MB an array, about a core's cache."""
@@ -43,6 +44,7 @@ class Request:
     names: Sequence[str] = ()
     reference: NDArray | None = None
     skin: NDArray | None = None
+    light: Light = "D65"
 
 
 @dataclass(frozen=True)
@@ -58,7 +60,6 @@ class Baked:
     albedo: NDArray | None
     covered: int
     distinct: int
-    clipped: dict[str, int] = field(default_factory=dict)
 
 
 def bake(request: Request, progress: Progress | None = None) -> Baked:
@@ -153,7 +154,7 @@ def _reference_spectrum(request: Request) -> NDArray | None:
     if request.reference is None:
         return None
     rgb = np.asarray(request.reference, np.float64)
-    return _at_bands(upsample_skin(rgb, light=request.bands.light, space=request.bands.space), request.bands)
+    return _at_bands(upsample_skin(rgb, light=request.light, space=request.bands.space), request.bands)
 
 
 def _at_bands(spectra: NDArray, bands: Bands) -> NDArray:
@@ -165,7 +166,7 @@ def _at_bands(spectra: NDArray, bands: Bands) -> NDArray:
 
 
 def _rgb(optics: OnSkin, bands: Bands, reference: NDArray | None) -> tuple[NDArray, NDArray, NDArray]:
-    W = bands.weights.astype(optics.R.dtype)
+    W = bands.weights_as(optics.R.dtype)
     R, T2, R_up = optics.R @ W, optics.T2 @ W, optics.R_up @ W
     if reference is None:
         return R, T2, R_up
@@ -175,6 +176,6 @@ def _rgb(optics: OnSkin, bands: Bands, reference: NDArray | None) -> tuple[NDArr
 
 
 def _finished(request: Request, values: NDArray, skin: NDArray) -> NDArray:
-    spectra = _at_bands(upsample_skin(skin, light=request.bands.light, space=request.bands.space), request.bands)
+    spectra = _at_bands(upsample_skin(skin, light=request.light, space=request.bands.space), request.bands)
     optics = _optics(request, values)
-    return optics.over(spectra.astype(optics.R.dtype)) @ request.bands.weights.astype(optics.R.dtype)
+    return optics.over(spectra.astype(optics.R.dtype)) @ request.bands.weights_as(optics.R.dtype)

@@ -37,7 +37,7 @@ class LayerFacts:
 
 @dataclass(frozen=True)
 class SceneFacts:
-    """One object with makeup, its layers bottom to top, and the engine that renders it."""
+    """One object with makeup, its layers bottom to top, and the engines that will render it."""
 
     layers: tuple[LayerFacts, ...]
-    engine: Engine
+    engines: frozenset[Engine]

@@ -72,7 +72,7 @@ def make_plan(facts: SceneFacts, tolerance: float = DEFAULT_TOLERANCE) -> Plan:
             None if internal else 0.0,
             "none: part of the bake and of the films' transfer",
         ),
-        film_closure=_film_closure(facts.engine, bool(live)),
+        film_closure=_film_closure(facts.engines, bool(live)),
         finish=Effect(
             "Film highlight",
             bool(live),
@@ -97,18 +97,16 @@ def _film(layer: LayerFacts) -> Effect:
         return Effect(name, False, "its map is empty", 0.0, cost)
     if layer.thickness_mm <= 0:
         return Effect(name, False, "its thickness is zero", 0.0, cost)
-    return Effect(
-        name, True, f"painted on {100 * layer.coverage:.1f} % of the map, up to {1000 * layer.thickness_mm * layer.map_max:.3g} µm",
-        None, cost,
-    )  # fmt: skip
+    reason = f"painted on {100 * layer.coverage:.1f} % of the map, up to {1000 * layer.thickness_mm * layer.map_max:.3g} µm"
+    return Effect(name, True, reason, None, cost)
 
 
-def _film_closure(engine: Engine, any_film: bool) -> Effect:
+def _film_closure(engines: frozenset[Engine], any_film: bool) -> Effect:
     name = "Film light apart from skin light"
     if not any_film:
         return Effect(name, False, "no film", 0.0)
-    if engine is Engine.CYCLES:
-        return Effect(name, True, "Cycles scatters the skin's part only; the films' part leaves where it enters", None, "1 closure")
-    return Effect(
-        name, False, "EEVEE samples two closures with noise; one closure, its radius scaled by the skin's share", None, "1 closure"
-    )
+    if Engine.CYCLES in engines:
+        reason = "Cycles scatters the skin's part only; the films' part leaves where it enters"
+        return Effect(name, True, reason, None, "1 closure a skin shader")
+    reason = "EEVEE samples two closures with noise; one closure, its radius scaled by the skin's share"
+    return Effect(name, False, reason, None, "1 closure a skin shader")

@@ -1,0 +1,168 @@
+"""Baking the makeup of an object: maps and spectra in, textures on disk and in the file out."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass
+from pathlib import Path
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import __version__
+from ..bake import Baked, Request, baking, write_exr
+from ..effects import Plan
+from ..errors import MakeupError
+from ..files import ensure_folder
+from ..makeup import interface_of
+from ..makeup.finish import Gloss, covered, finish_texture
+from ..spectra import bands
+from . import images
+from .makeup import light_of, plan_of, refresh, skin_under, stack_of
+from .update import paused
+
+TEXTURES = ("R", "T2", "R_up", "albedo", "finish")
+
+
+@dataclass(frozen=True)
+class BakeReport:
+    """What a bake made: files by texture name, texels covered of all, and distinct combinations among them."""
+
+    files: dict[str, Path]
+    texels: int
+    covered: int
+    distinct: int
+
+    def __str__(self) -> str:
+        return (
+            f"{', '.join(self.files)}: {self.covered} of {self.texels} texels covered, "
+            f"{self.distinct} distinct thickness combinations computed at 81 bands"
+        )
+
+
+def bake_steps(obj: bpy.types.Object, scene: bpy.types.Scene) -> Generator[tuple[int, int], None, BakeReport | None]:
+    """Bake in steps: yields (done, total), ends with the report, or None where no film exists.
+
+    Textures go to the object's folder; the materials then use them. Raises MakeupError before anything
+    is written where a map, a product or the folder is unusable.
+    """
+    makeup = obj.km_makeup
+    plan = plan_of(obj, scene)
+    if not plan.any_film:
+        refresh(obj, scene)
+        return None
+    folder = ensure_folder(Path(bpy.path.abspath(makeup.folder)))
+    request = _request(obj, plan)
+    baked = yield from baking(request)
+    files = _write(obj, plan, request, baked, folder)
+    _use(obj, files)
+    refresh(obj, scene)
+    return BakeReport(files, request.maps[0].size, baked.covered, baked.distinct)
+
+
+def bake_all(obj: bpy.types.Object, scene: bpy.types.Scene) -> BakeReport | None:
+    """Bake at once."""
+    steps = bake_steps(obj, scene)
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return end.value
+
+
+def _request(obj: bpy.types.Object, plan: Plan) -> Request:
+    makeup = obj.km_makeup
+    layers = [makeup.layers[i] for i in plan.film_indices]
+    products, coats = stack_of(obj, plan)
+    light, space = light_of(obj), bpy.data.colorspace.working_space
+    skin = skin_under(obj)
+    maps = [images.map_values(layer.map, layer.channel) for layer in layers]
+    maps = [resized(values, makeup.resolution or None) for values in maps]
+    texture = None
+    if makeup.finished:
+        if skin.texture is None:
+            raise MakeupError(
+                f"{obj.name!r}: the finished albedo needs the skin's colour as one image on the UV map "
+                f"{makeup.uv_map!r}; bake without Finished Albedo, or bake the skin's colour to an image first."
+            )
+        texture = _skin_texture(skin.texture, maps[0].shape, space)
+    return Request(
+        coats=coats,
+        maps=maps,
+        interface=interface_of(products),
+        bands=bands(light, space),
+        strengths=[layer.strength for layer in layers],
+        names=[f"The map of {layer.name or layer.product!r}" for layer in layers],
+        reference=skin.mean,
+        skin=texture,
+        light=light,
+    )
+
+
+def _skin_texture(image: bpy.types.Image, shape: tuple[int, ...], space: str) -> NDArray[np.float32]:
+    linear = images.linear_colours(images.pixels(image)[..., :3], image, space)
+    return np.stack([resized(np.ascontiguousarray(linear[..., i]), shape) for i in range(3)], axis=-1).astype(np.float32)
+
+
+def resized(values: NDArray, size: int | tuple[int, ...] | None) -> NDArray:
+    """A channel (height, width) at another size, bilinear between texel centres; bytes stay bytes when unchanged."""
+    if size is None:
+        return values
+    height, width = (size, size) if isinstance(size, int) else size
+    if values.shape == (height, width):
+        return values
+    scale = 255.0 if values.dtype == np.uint8 else 1.0
+    grid = values.astype(np.float32) / np.float32(scale)
+    for axis, count in ((0, height), (1, width)):
+        old = grid.shape[axis]
+        place = np.clip((np.arange(count) + 0.5) * old / count - 0.5, 0, old - 1)
+        low = np.floor(place).astype(int)
+        high = np.minimum(low + 1, old - 1)
+        part = (place - low).astype(np.float32).reshape((-1, 1) if axis == 0 else (1, -1))
+        grid = np.take(grid, low, axis) * (1 - part) + np.take(grid, high, axis) * part
+    return grid
+
+
+def _finish(obj: bpy.types.Object, plan: Plan, request: Request) -> NDArray[np.float32]:
+    """The finish texture (height, width, 3) of the planned films."""
+    height, width = request.maps[0].shape
+    films = []
+    products, coats = stack_of(obj, plan)
+    for product, one, values, strength in zip(products, coats, request.maps, request.strengths):
+        scale = np.float32(strength / (255 if values.dtype == np.uint8 else 1))
+        share = covered(values.reshape(-1).astype(np.float32) * scale, one.thickness_mm, one.powder)
+        films.append(Gloss(product.finish.roughness, product.finish.f0, share))
+    return finish_texture(films).reshape(height, width, 3)
+
+
+def _write(obj: bpy.types.Object, plan: Plan, request: Request, baked: Baked, folder: Path) -> dict[str, Path]:
+    products, coats = stack_of(obj, plan)
+    metadata = {
+        "version": __version__,
+        "layers": "; ".join(f"{p.id} {1000 * c.thickness_mm:g} um" for p, c in zip(products, coats)),
+        "light": request.bands.light,
+        "working_space": request.bands.space,
+        "skin_reference": " ".join(f"{c:.6f}" for c in request.reference) if request.reference is not None else "",
+        "formula": "R + T2 c / (1 - R_up c), c the colour of the bare skin",
+    }
+    pictures = {"R": baked.R, "T2": baked.T2, "R_up": baked.R_up, "finish": _finish(obj, plan, request)}
+    if baked.albedo is not None:
+        pictures["albedo"] = baked.albedo
+    name = bpy.path.clean_name(obj.name)
+    files = {key: folder / f"{name}_{key}.exr" for key in pictures}
+    for key, picture in pictures.items():
+        write_exr(files[key], picture, half=not obj.km_makeup.full_float, metadata=metadata)
+    return files
+
+
+def _use(obj: bpy.types.Object, files: dict[str, Path]) -> None:
+    """Point the object's baked textures at the files, by relative paths where the .blend is saved."""
+    with paused():
+        for key in TEXTURES:
+            path = files.get(key)
+            image = images.load_texture(str(path), f"{obj.name}_{key}") if path else None
+            if image is not None and bpy.data.filepath:
+                image.filepath = bpy.path.relpath(str(path))
+            setattr(obj.km_makeup, f"baked_{key}", image)
+        obj.km_makeup.path = "BAKED"

@@ -1,0 +1,100 @@
+"""Pixels of Blender's images as arrays, and arrays as images."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import MakeupError
+from ..makeup.maps import CHANNELS, check_map
+
+IMAGE_KIND = "km_makeup_image"
+
+
+def pixels(image: bpy.types.Image) -> NDArray[np.float32]:
+    """The image as stored, (height, width, 4), bottom row first; encoded values where it is not linear.
+
+    Raises MakeupError where the image has no data (its file is missing).
+    """
+    width, height = image.size
+    if width == 0 or height == 0:
+        raise MakeupError(
+            f"The image {image.name!r} has no pixels: its file {image.filepath!r} is missing; find it (File > External Data)."
+        )
+    flat = np.empty(width * height * 4, np.float32)
+    image.pixels.foreach_get(flat)
+    return flat.reshape(height, width, 4)
+
+
+def map_values(image: bpy.types.Image, channel: str) -> NDArray:
+    """One channel of a cosmetic map (height, width): bytes of an 8-bit image, float32 of a float one."""
+    values = np.ascontiguousarray(pixels(image)[..., CHANNELS.index(channel)])
+    if not image.is_float:
+        return np.rint(values * 255).astype(np.uint8)
+    return check_map(values, f"The map {image.name!r}")
+
+
+def linear_colours(values: NDArray, image: bpy.types.Image, space: str) -> NDArray:
+    """Stored RGB values (..., 3) of an image as linear RGB of the working space.
+
+    sRGB images are decoded (IEC 61966-2-1) and converted; linear and Non-Color ones are taken as they
+    are. Raises MakeupError for encodings that are not known here.
+    """
+    from ..spectra import SPACES, convert
+
+    encoding = image.colorspace_settings.name
+    if encoding in ("Non-Color", space):
+        return values
+    if encoding == "sRGB":
+        low = values / 12.92
+        high = ((np.maximum(values, 0) + 0.055) / 1.055) ** 2.4
+        return convert(np.where(values <= 0.04045, low, high), "Linear Rec.709", space)
+    if encoding in SPACES:
+        return convert(values, encoding, space)
+    raise MakeupError(
+        f"The skin texture {image.name!r} is in the colour space {encoding!r}; makeup reads sRGB, Non-Color and "
+        f"{', '.join(SPACES)}: choose one of them in the image's settings."
+    )
+
+
+def new_map(name: str, width: int, height: int, full_float: bool = False) -> bpy.types.Image:
+    """An empty cosmetic map, Non-Color, packed into the file so that it cannot be lost."""
+    image = bpy.data.images.new(name, width, height, alpha=False, float_buffer=full_float, is_data=True)
+    image.generated_color = (0, 0, 0, 1)
+    image.pack()
+    return image
+
+
+def image_from_map(name: str, values: NDArray) -> bpy.types.Image:
+    """A packed 8-bit or float image of a cosmetic map (height, width), bottom row first."""
+    height, width = values.shape
+    eight_bit = values.dtype == np.uint8
+    image = bpy.data.images.new(name, width, height, alpha=False, float_buffer=not eight_bit, is_data=True)
+    grey = values.astype(np.float32) / (255 if eight_bit else 1)
+    rgba = np.empty((height, width, 4), np.float32)
+    rgba[..., :3] = grey[..., None]
+    rgba[..., 3] = 1
+    image.pixels.foreach_set(rgba.reshape(-1))
+    image.update()
+    image.pack()
+    return image
+
+
+def load_map(path: str) -> bpy.types.Image:
+    """The image file as a Non-Color cosmetic map; the one already in the file where there is one."""
+    image = bpy.data.images.load(path, check_existing=True)
+    image.colorspace_settings.name = "Non-Color"
+    return image
+
+
+def load_texture(path: str, kind: str) -> bpy.types.Image:
+    """A baked texture from its file, read again if it is in the file already."""
+    for image in bpy.data.images:
+        if image.get(IMAGE_KIND) == kind and bpy.path.abspath(image.filepath) == bpy.path.abspath(path):
+            image.reload()
+            return image
+    image = bpy.data.images.load(path)
+    image.colorspace_settings.name = "Non-Color"
+    image[IMAGE_KIND] = kind
+    return image

@@ -1,0 +1,252 @@
+"""Makeup on an object: set up, rebuilt after changes, taken off again.
+
+The skin's own materials are never changed: each chosen slot gets a copy that carries the makeup, and only
+while the plan lists a film. The slot and its original are remembered, so taking off is putting back.
+"""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from ..effects import Engine, LayerFacts, Plan, SceneFacts, Switch, make_plan
+from ..errors import MakeupError
+from ..makeup import Coat, coat, fit_transfers, interface_of
+from ..products import Product
+from ..spectra import bands, upsample_skin
+from . import images
+from .library import library
+from .nodes.groups import BakedNodes, FilmNodes, is_ours, makeup_group
+from .shaders import apply_makeup, skin_colour_sockets
+from .skin import Skin, skin_of
+from .update import paused
+
+MADE = "km_makeup_made"
+
+
+def set_up(obj: bpy.types.Object, slots: list[int] | None = None, uv_map: str | None = None) -> None:
+    """Make an object ready for makeup; nothing is visible before a layer is painted.
+
+    Parameters: ``slots`` indices of the skin's material slots (default: all that hold a usable material);
+    ``uv_map`` the UV map the cosmetic maps lie on (default: the active one).
+
+    Raises MakeupError where the object has no mesh, UV map or material to work with; it is then as before.
+    """
+    if obj.type != "MESH":
+        raise MakeupError(f"{obj.name!r} is not a mesh; select the head's mesh object.")
+    layers = obj.data.uv_layers
+    if not layers:
+        raise MakeupError(f"{obj.name!r} has no UV map, so there is nothing to paint on; unwrap it first (UV > Unwrap).")
+    uv_map = uv_map or next((layer.name for layer in layers if layer.active_render), layers[0].name)
+    if uv_map not in layers:
+        raise MakeupError(f"{obj.name!r} has no UV map named {uv_map!r}; it has {', '.join(layer.name for layer in layers)}.")
+    chosen = usable_slots(obj) if slots is None else slots
+    if not chosen:
+        raise MakeupError(f"{obj.name!r} has no material that makeup can lie on; give it a skin material with a Principled shader.")
+    for index in chosen:
+        _check_slot(obj, index)
+    if obj.km_makeup.slots:
+        remove(obj, keep_layers=True)
+    with paused():
+        obj.km_makeup.uv_map = uv_map
+        for index in chosen:
+            entry = obj.km_makeup.slots.add()
+            entry.index, entry.original, entry.link = index, obj.material_slots[index].material, obj.material_slots[index].link
+
+
+def _check_slot(obj: bpy.types.Object, index: int) -> None:
+    if not 0 <= index < len(obj.material_slots) or obj.material_slots[index].material is None:
+        raise MakeupError(f"{obj.name!r} has no material in slot {index + 1}; choose a slot that has one.")
+    skin_colour_sockets(obj.material_slots[index].material)
+
+
+def usable_slots(obj: bpy.types.Object) -> list[int]:
+    """Indices of the slots whose material has a shader that can carry makeup."""
+    result = []
+    for index, slot in enumerate(obj.material_slots):
+        try:
+            if slot.material is not None and skin_colour_sockets(slot.material):
+                result.append(index)
+        except MakeupError:
+            continue
+    return result
+
+
+def remove(obj: bpy.types.Object, keep_layers: bool = False) -> None:
+    """Take the makeup off: every slot holds its original material again, as it was."""
+    _bare(obj)
+    obj.km_makeup.slots.clear()
+    if not keep_layers:
+        obj.km_makeup.layers.clear()
+
+
+def _bare(obj: bpy.types.Object) -> None:
+    """Put the originals back into the slots and delete the copies that nothing uses any more."""
+    for entry in obj.km_makeup.slots:
+        if entry.index >= len(obj.material_slots):
+            continue
+        slot = obj.material_slots[entry.index]
+        if slot.material is not None and slot.material == entry.made:
+            if entry.link == "DATA":
+                slot.material = None
+                slot.link = "DATA"
+            if slot.material != entry.original:
+                slot.material = entry.original
+        made, entry.made = entry.made, None
+        _delete(made)
+
+
+def _delete(material: bpy.types.Material | None) -> None:
+    """Delete a copy of ours and the groups that only it used."""
+    if material is None or not material.get(MADE) or material.users:
+        return
+    trees = _groups_in(material.node_tree)
+    bpy.data.materials.remove(material)
+    for tree in trees:
+        if not tree.users:
+            bpy.data.node_groups.remove(tree)
+
+
+def _groups_in(tree: bpy.types.NodeTree) -> list[bpy.types.NodeTree]:
+    """Our groups and copies inside a tree, each before the ones it holds."""
+    found: list[bpy.types.NodeTree] = []
+    for node in tree.nodes:
+        inner = getattr(node, "node_tree", None)
+        if inner is not None and inner not in found:
+            found.append(inner)
+            found += [one for one in _groups_in(inner) if one not in found]
+    return found
+
+
+def engines_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> frozenset[Engine]:
+    """The engines that the object's materials are built for."""
+    if obj.km_makeup.both_engines:
+        return frozenset(Engine)
+    return frozenset({Engine.CYCLES if scene.render.engine == "CYCLES" else Engine.EEVEE})
+
+
+def facts_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> SceneFacts:
+    """Facts about the object's layers, map statistics read anew."""
+    layers = []
+    for layer in obj.km_makeup.layers:
+        product = library().find(layer.product)
+        high, covered = 0.0, 0.0
+        if layer.map is not None:
+            values = images.map_values(layer.map, layer.channel)
+            high = float(values.max()) / (255 if values.dtype == np.uint8 else 1) * layer.strength
+            covered = float(np.count_nonzero(values)) / values.size
+        layer["map_max"], layer["coverage"] = high, covered
+        layers.append(
+            LayerFacts(
+                name=layer.name or product.name,
+                product=product.id,
+                thickness_mm=layer.thickness_um / 1000,
+                map_max=high,
+                coverage=covered,
+                enabled=layer.enabled,
+                internal=product.interface == "internal",
+                switch=Switch(layer.switch.lower()) if layer.map is not None else Switch.OFF,
+            )
+        )
+    return SceneFacts(tuple(layers), engines_of(obj, scene))
+
+
+def plan_of(obj: bpy.types.Object, scene: bpy.types.Scene | None = None) -> Plan:
+    """What this object's makeup needs."""
+    return make_plan(facts_of(obj, scene or bpy.context.scene))
+
+
+def light_of(obj: bpy.types.Object) -> str:
+    """The light that colours are computed for, as `spectra.light_spectrum` takes it."""
+    makeup = obj.km_makeup
+    return bpy.path.abspath(makeup.light_file) if makeup.light == "OWN" else makeup.light
+
+
+def skin_under(obj: bpy.types.Object) -> Skin:
+    """The skin of the object's original materials."""
+    return skin_of([entry.original for entry in obj.km_makeup.slots], obj.km_makeup.uv_map)
+
+
+def stack_of(obj: bpy.types.Object, plan: Plan) -> tuple[list[Product], list[Coat]]:
+    """Products and coats of the films that the plan lists, bottom to top."""
+    layers = [obj.km_makeup.layers[i] for i in plan.film_indices]
+    products = [library().find(layer.product) for layer in layers]
+    return products, [coat(p, layer.thickness_um) for p, layer in zip(products, layers)]
+
+
+def refresh(obj: bpy.types.Object, scene: bpy.types.Scene | None = None) -> Plan:
+    """Bring the object's materials to what its layers say; build what the plan lists, and nothing else."""
+    scene = scene or bpy.context.scene
+    if not obj.km_makeup.slots:
+        raise MakeupError(f"{obj.name!r} has no makeup; press Set Up first.")
+    plan = plan_of(obj, scene)
+    if not plan.any_film:
+        _bare(obj)
+        return plan
+    parts = _baked_parts(obj) if obj.km_makeup.path == "BAKED" else _live_parts(obj, plan)
+    group = makeup_group(parts, obj.km_makeup.uv_map, f"KM Makeup {obj.name}")
+    engines = engines_of(obj, scene)
+    for entry in obj.km_makeup.slots:
+        _dress(obj, entry, group, engines)
+    return plan
+
+
+def _dress(obj: bpy.types.Object, entry: bpy.types.PropertyGroup, group: bpy.types.NodeTree, engines: frozenset[Engine]) -> None:
+    """Give one slot a copy of its skin material with the makeup group in it."""
+    material = entry.original.copy()
+    material.name = f"{entry.original.name} with Makeup"
+    material[MADE] = True
+
+    def instance(tree: bpy.types.NodeTree) -> bpy.types.Node:
+        node = tree.nodes.new("ShaderNodeGroup")
+        node.node_tree = group
+        return node
+
+    apply_makeup(material, instance, engines)
+    old = entry.made
+    slot = obj.material_slots[entry.index]
+    if slot.link == "DATA" and obj.data.users > 1:
+        slot.link = "OBJECT"
+    slot.material = material
+    entry.made = material
+    _delete(old)
+
+
+def _live_parts(obj: bpy.types.Object, plan: Plan) -> list[FilmNodes]:
+    products, coats = stack_of(obj, plan)
+    light, space = light_of(obj), bpy.data.colorspace.working_space
+    skins = upsample_skin(skin_under(obj).colours, light=light, space=space)
+    transfers = fit_transfers(coats, skins, interface_of(products), bands(light, space))
+    layers = [obj.km_makeup.layers[i] for i in plan.film_indices]
+    return [
+        FilmNodes(
+            image=layer.map,
+            channel="RGBA".index(layer.channel),
+            strength=layer.strength,
+            thickness_mm=one.thickness_mm,
+            powder=one.powder,
+            roughness=product.finish.roughness,
+            f0=product.finish.f0,
+            transfer=transfer,
+            label=product.name,
+        )
+        for layer, product, one, transfer in zip(layers, products, coats, transfers)
+    ]
+
+
+def _baked_parts(obj: bpy.types.Object) -> BakedNodes:
+    makeup = obj.km_makeup
+    if makeup.baked_R is None or makeup.baked_finish is None or (makeup.baked_T2 is None and makeup.baked_albedo is None):
+        raise MakeupError(f"{obj.name!r} has no baked textures yet; press Bake, or set Colour to Live.")
+    albedo = makeup.baked_albedo if makeup.finished else None
+    return BakedNodes(
+        makeup.baked_R, None if albedo else makeup.baked_T2, None if albedo else makeup.baked_R_up, albedo, makeup.baked_finish
+    )
+
+
+def clean_up() -> int:
+    """Delete our groups that nothing uses; how many there were."""
+    unused = [tree for tree in bpy.data.node_groups if is_ours(tree) and not tree.users]
+    for tree in unused:
+        bpy.data.node_groups.remove(tree)
+    return len(unused)

@@ -1,0 +1,57 @@
+"""Rebuilding after a property changed: at once, or once at the end of many changes."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+
+import bpy
+
+_paused = 0
+
+
+@contextlib.contextmanager
+def one_update(obj: bpy.types.Object) -> Iterator[None]:
+    """Changes inside the block rebuild the makeup of ``obj`` once, at its end."""
+    from .makeup import refresh
+
+    with paused():
+        yield
+    refresh(obj)
+
+
+@contextlib.contextmanager
+def paused() -> Iterator[None]:
+    """Property changes inside the block rebuild nothing."""
+    global _paused
+    _paused += 1
+    try:
+        yield
+    finally:
+        _paused -= 1
+
+
+def layer_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+    """A property of a layer changed."""
+    _changed(self.id_data)
+
+
+def setting_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+    """A property of the makeup changed."""
+    _changed(self.id_data)
+
+
+def _changed(obj: bpy.types.Object) -> None:
+    from ..errors import MakeupError
+    from .makeup import refresh
+
+    if _paused or not obj.km_makeup.slots:
+        return
+    try:
+        refresh(obj)
+    except MakeupError as error:
+        obj.km_makeup["problem"] = str(error)
+        print(f"KM Makeup: {error}")
+    else:
+        if "problem" in obj.km_makeup:
+            del obj.km_makeup["problem"]
