@@ -46,11 +46,17 @@ class Stack(NamedTuple):
 
 
 def _floats(*values: ArrayLike) -> tuple[Array, ...]:
-    """Broadcastable arrays of one floating dtype: float32 only where every array is float32."""
+    """The values as arrays of one floating dtype, ready to broadcast.
+
+    Arrays decide: float32 where all of them are float32 (or smaller), float64 otherwise; single numbers follow
+    them. Where there are only single numbers, numpy's decide in the same way, and Python's mean float64.
+    """
     arrays = [np.asarray(value) for value in values]
-    kinds = [a.dtype for a in arrays if a.ndim or a.dtype.kind == "f" and not isinstance(a, float)]
-    dtype = np.result_type(*kinds, np.float32) if kinds else np.dtype(np.float64)
-    return tuple(np.asarray(a, dtype=dtype) for a in arrays)
+    kinds = [a.dtype for a in arrays if a.ndim]
+    if not kinds:
+        kinds = [a.dtype for a, v in zip(arrays, values, strict=True) if not isinstance(v, float | int)]
+    dtype = np.result_type(np.float32, *kinds) if kinds else np.dtype(np.float64)
+    return tuple(a.astype(dtype, copy=False) for a in arrays)
 
 
 def film(K: ArrayLike, S: ArrayLike, X: ArrayLike) -> Film:

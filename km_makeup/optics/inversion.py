@@ -1,0 +1,285 @@
+"""Absorption and scattering from measured reflectances of one film, in closed form.
+
+`invert` needs the film over one backing and the opaque film (Huang et al. 2013, Eq 6-7); `invert_backings` the film
+over two backings. Both work for every wavelength and sample at once, never raise for a measurement, and say
+per value what it is worth: its status, its condition and, where the instrument's noise is given, its standard error.
+`invert_films` in `fitting` takes any number of films.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .films import Array, _floats
+from .interfaces import Interface, unsaunderson
+from .sensitivity import opaque_sensitivity, over_sensitivity
+
+
+class Status(IntEnum):
+    """What an inverted K and S is worth.
+
+    OK: both are determined. OPAQUE: nothing shows through, only K/S is known; K and S are those of the thinnest film
+    that hides as well, a lower bound with the right ratio. NO_FILM: the film changes nothing, K = S = 0.
+    INCONSISTENT: no Kubelka-Munk film gives these readings; K and S are those of the nearest that exists.
+    OUT_OF_RANGE: a reflectance or thickness that is no reflectance or thickness, or two backings alike; K = S = 0.
+    """
+
+    OK = 0
+    OPAQUE = 1
+    NO_FILM = 2
+    INCONSISTENT = 3
+    OUT_OF_RANGE = 4
+
+
+@dataclass(frozen=True)
+class Inversion:
+    """K and S (1/mm) of films, with what they are worth; all arrays of one shape, all finite.
+
+    ``status`` holds `Status` values (uint8). ``K_condition`` and ``S_condition`` are the relative condition numbers:
+    how many times a relative error of every reading comes back in K and S. ``K_error`` and ``S_error`` are
+    standard errors in 1/mm, for the noise that was given (0 where none was). Where nothing is determined the
+    condition is the largest finite number and the error is as large as the value allows.
+    """
+
+    K: Array
+    S: Array
+    status: NDArray[np.uint8]
+    K_condition: Array
+    S_condition: Array
+    K_error: Array
+    S_error: Array
+
+
+def invert(
+    R_inf: ArrayLike,
+    R: ArrayLike,
+    R_g: ArrayLike,
+    X: ArrayLike,
+    *,
+    noise: float = 0.0,
+    interface: Interface | None = None,
+    specular_included: bool = True,
+) -> Inversion:
+    """K and S of a film from its opaque reflectance and its reflectance over one backing.
+
+    Parameters
+    ----------
+    R_inf, R, R_g
+        Reflectance of the opaque film, of the film over the backing, and of the bare backing, 0..1, any
+        broadcastable shapes.
+    X
+        Thickness of the film, mm, > 0.
+    noise
+        Standard deviation of one reading; what is within three of it counts as equal.
+    interface, specular_included
+        The air interface through which the readings were taken (`unsaunderson`); None: as they are.
+
+    Returns
+    -------
+    Inversion
+        On exact readings within 5e-14 times the condition number.
+
+    Source: Huang et al. 2013, Eq 6-7 (Kubelka 1948, Eq 35) as a logarithm of 1 + x that holds on both sides of
+    R_inf, where the printed arc hyperbolic cotangents have no real value:
+    u = (R - Rg)/((R_inf - R)(1 - Rg R_inf)), x = u (1 - R_inf^2), w = u ln(1 + x)/x, S X = R_inf w,
+    K X = (1 - R_inf)^2 w/2.
+    """
+    R_inf, R, R_g, X = _floats(R_inf, R, R_g, X)
+    (R_inf, R, R_g), bad, slope = _readings((R_inf, R, R_g), X, interface, specular_included)
+    X = np.where(bad, 1, X).astype(R.dtype)
+    tolerance = _tolerance(R_inf, R, R_g, noise * slope)
+
+    to_opaque, from_backing = R_inf - R, R - R_g
+    side = np.sign(R_inf - R_g)
+    opaque = np.abs(to_opaque) <= tolerance
+    no_film = (np.abs(from_backing) <= tolerance) & ~opaque
+    overshoot = ~opaque & (side * to_opaque < 0)
+    undershoot = ~no_film & ~opaque & ((side * from_backing < 0) | (side == 0))
+    good = ~(bad | opaque | no_film | overshoot | undershoot)
+
+    black = (1 - R_inf) * (1 + R_inf)
+    u = from_backing / np.where(good, to_opaque * ((1 - R_g) + R_g * (1 - R_inf)), 1)
+    w = u * _log1pc(np.where(good, u * black, 0))
+    hides = -np.log(tolerance) / np.maximum(black, tolerance)
+    w = np.select([good, opaque | overshoot], [w, hides], 0)
+    status = np.select(
+        [bad, opaque, no_film, overshoot | undershoot],
+        [Status.OUT_OF_RANGE, Status.OPAQUE, Status.NO_FILM, Status.INCONSISTENT],
+        Status.OK,
+    )
+    K, S = 0.5 * (1 - R_inf) ** 2 * w / X, R_inf * w / X
+    K, S = np.where(bad, 0, K), np.where(bad, 0, S)
+
+    over = over_sensitivity(K * X, S * X, R_g)
+    rows = (opaque_sensitivity(K, S), (over.k, over.s))
+    readings = (R_inf, np.hypot(R, over.g * R_g))
+    sigmas = (noise * slope, noise * slope * np.hypot(1, over.g))
+    return _inversion(K, S, status, rows, readings, sigmas)
+
+
+def invert_backings(
+    R_1: ArrayLike,
+    R_g1: ArrayLike,
+    R_2: ArrayLike,
+    R_g2: ArrayLike,
+    X: ArrayLike,
+    *,
+    noise: float = 0.0,
+    interface: Interface | None = None,
+    specular_included: bool = True,
+) -> Inversion:
+    """K and S of a film from its reflectances over two backings (in either order, black and white are best).
+
+    Parameters
+    ----------
+    R_1, R_2
+        Reflectance of the film over the one and the other backing, 0..1, any broadcastable shapes.
+    R_g1, R_g2
+        Reflectance of the bare backings, 0..1.
+    X
+        Thickness of the film, mm, > 0.
+    noise
+        Standard deviation of one reading; what is within three of it counts as equal.
+    interface, specular_included
+        The air interface through which all four readings were taken (`unsaunderson`); None: as they are.
+
+    Returns
+    -------
+    Inversion
+        On exact readings within 5e-14 times the condition number.
+
+    Source: Kubelka 1948, Eq 20, linear in R0 and (1 + R0^2 - T^2)/2 and solved for the free film,
+    R0 = (R1 g2 - R2 g1)/((g2 - g1) - g1 g2 (R2 - R1)), T^2 = (R2 - R1)(1 - R0 g1)(1 - R0 g2)/(g2 - g1); then K and
+    S from R0 and T by asinh, exact for K = 0 and for S = 0.
+    """
+    R_1, R_g1, R_2, R_g2, X = _floats(R_1, R_g1, R_2, R_g2, X)
+    (R_1, R_g1, R_2, R_g2), bad, slope = _readings((R_1, R_g1, R_2, R_g2), X, interface, specular_included)
+    bad |= R_g1 == R_g2
+    X = np.where(bad, 1, X).astype(R_1.dtype)
+    swap = R_g1 > R_g2
+    R_1, R_2 = np.where(swap, R_2, R_1), np.where(swap, R_1, R_2)
+    g_1, g_2 = np.where(swap, R_g2, R_g1), np.where(swap, R_g1, R_g2)
+    tolerance = _tolerance(R_1, R_2, np.maximum(g_1, g_2), noise * slope)
+
+    gap, contrast = np.where(bad, 1, g_2 - g_1), R_2 - R_1
+    opaque = np.abs(contrast) <= tolerance
+    crossed = ~opaque & (contrast < 0)
+    contrast = np.clip(contrast, 0, gap)
+    R_0 = (R_1 * g_2 - R_2 * g_1) / (gap - g_1 * g_2 * contrast)
+    spread = tolerance * (g_1 + g_2) / gap
+    too_dark = R_0 < -spread
+    hidden = opaque | crossed
+    R_0 = np.clip(np.where(hidden, 0.5 * (R_1 + R_2), R_0), 0, 1)
+    T2 = contrast * (1 - R_0 * g_1) * (1 - R_0 * g_2) / gap
+    T = np.sqrt(np.where(hidden, tolerance**2, T2))
+    A = 1 - R_0 - T
+    A_spread = spread + tolerance / gap / np.where(T > 0, T, 1)
+    too_bright = ~hidden & (A < -A_spread)
+    no_film = ~hidden & (np.abs(1 - T) <= A_spread) & (R_0 <= spread)
+    k, s = free_film(R_0, T, np.maximum(A, 0))
+    k, s = np.where(bad | no_film, 0, k), np.where(bad | no_film, 0, s)
+    status = np.select(
+        [bad, no_film, crossed | too_dark | too_bright, opaque],
+        [Status.OUT_OF_RANGE, Status.NO_FILM, Status.INCONSISTENT, Status.OPAQUE],
+        Status.OK,
+    )
+    first, second = over_sensitivity(k, s, g_1), over_sensitivity(k, s, g_2)
+    rows = ((first.k, first.s), (second.k, second.s))
+    readings = (np.hypot(R_1, first.g * g_1), np.hypot(R_2, second.g * g_2))
+    sigmas = (noise * slope * np.hypot(1, first.g), noise * slope * np.hypot(1, second.g))
+    return _inversion(k / X, s / X, status, rows, readings, sigmas)
+
+
+def free_film(R: ArrayLike, T: ArrayLike, A: ArrayLike | None = None) -> tuple[Array, Array]:
+    """Optical thicknesses K X and S X of a film with reflectance R, transmittance T (0..1, T > 0) and absorptance A.
+
+    A = 1 - R - T where it is not given; give it where it is known better than that difference.
+
+    Source: Kubelka 1948, Eq 26-28 inverted: q = sqrt(A(1 - R + T)(1 + R - T)(1 + R + T))/2, z = asinh(q/T),
+    S X = R z/q, K X = A(1 - R + T) z/(2 q).
+    """
+    R, T, A = _floats(R, T, 1 - np.asarray(R) - np.asarray(T) if A is None else A)
+    above = (1 - R) + T
+    q = 0.5 * np.sqrt(A * above * ((1 + R) - T) * (1 + R + T))
+    scale = _asinhc(q / T) / T
+    return 0.5 * A * above * scale, R * scale
+
+
+def _readings(
+    values: tuple[Array, ...], X: Array, interface: Interface | None, specular_included: bool
+) -> tuple[tuple[Array, ...], NDArray[np.bool_], Array]:
+    """Internal reflectances (0.5 where a reading is none), where that is, and d internal/d reading at the brightest."""
+    X = np.broadcast_to(X, np.broadcast_shapes(X.shape, *(v.shape for v in values)))
+    bad = ~((X > 0) & np.isfinite(X))
+    for value in values:
+        bad = bad | ~((value >= 0) & (value <= 1))
+    values = tuple(np.where(bad, 0.5, value).astype(value.dtype) for value in values)
+    slope = np.ones((), dtype=values[0].dtype)
+    if interface is not None:
+        inner = tuple(unsaunderson(v, interface, specular_included=specular_included) for v in values)
+        for value in inner:
+            bad = bad | ~((value >= 0) & (value <= 1))
+        values = tuple(np.where(bad, 0.5, value).astype(value.dtype) for value in inner)
+        brightest = np.maximum.reduce(np.broadcast_arrays(*values))
+        k1, k2 = _floats(brightest, interface.k1, interface.k2)[1:]
+        slope = (1 - k2 * brightest) ** 2 / ((1 - k1) * (1 - k2))
+    return values, bad, slope
+
+
+def _tolerance(a: Array, b: Array, c: Array, sigma: Array) -> Array:
+    """Two reflectances closer than this are equal: three sigma of their difference, or its rounding."""
+    eps = np.finfo(a.dtype).eps
+    largest = np.maximum(np.maximum(a, b), c)
+    return np.maximum(3 * np.sqrt(2) * sigma, 4 * eps * np.maximum(largest, eps)).astype(a.dtype)
+
+
+def _log1pc(x: Array) -> Array:
+    """ln(1 + x)/x, 1 at x = 0."""
+    safe = np.where(x != 0, x, 1)
+    return np.where(x != 0, np.log1p(safe) / safe, 1)
+
+
+def _asinhc(x: Array) -> Array:
+    """asinh(x)/x, 1 at x = 0."""
+    safe = np.where(x != 0, x, 1)
+    return np.where(x != 0, np.arcsinh(safe) / safe, 1)
+
+
+def _inversion(
+    K: Array,
+    S: Array,
+    status: Array,
+    rows: tuple[tuple[Array, Array], tuple[Array, Array]],
+    readings: tuple[Array, Array],
+    sigmas: tuple[Array, Array],
+) -> Inversion:
+    """The result, with condition and standard errors from the sensitivities of the two readings to ln K and ln S."""
+    (a, b), (c, d) = rows
+    largest = np.finfo(K.dtype).max
+    determinant = a * d - b * c
+    determined = (status == Status.OK) & (determinant != 0)
+    inverse = 1 / np.where(determined, determinant, 1)
+    to_K, to_S = (d * inverse, -b * inverse), (-c * inverse, a * inverse)
+
+    def condition(row: tuple[Array, Array]) -> Array:
+        # 1 for X; the readings carry the backings' own errors.
+        total = 1 + np.abs(row[0] * readings[0]) + np.abs(row[1] * readings[1])
+        return np.where(determined, np.minimum(total, largest), largest).astype(K.dtype)
+
+    def error(row: tuple[Array, Array], value: Array) -> Array:
+        total = value * np.hypot(row[0] * sigmas[0], row[1] * sigmas[1])
+        return np.where(determined, np.minimum(total, largest), value).astype(K.dtype)
+
+    return Inversion(
+        K=K.astype(K.dtype),
+        S=S.astype(K.dtype),
+        status=np.broadcast_to(status, K.shape).astype(np.uint8),
+        K_condition=condition(to_K),
+        S_condition=condition(to_S),
+        K_error=error(to_K, K),
+        S_error=error(to_S, S),
+    )
