@@ -1,0 +1,32 @@
+"""Everything that imports bpy: properties, operators, panels, node builders, bakes into the scene."""
+
+from __future__ import annotations
+
+import bpy
+
+from . import operators, panel, properties
+
+_commands: list[object] = []
+
+
+def register() -> None:
+    """Register classes and the command line; imports no colour science, opens no file, builds nothing."""
+    properties.register()
+    for cls in (*operators.CLASSES, *panel.CLASSES):
+        bpy.utils.register_class(cls)
+    _commands.append(bpy.utils.register_cli_command("km_makeup", _command))
+
+
+def unregister() -> None:
+    """Take it all away again; makeup in the open file stays as it is."""
+    while _commands:
+        bpy.utils.unregister_cli_command(_commands.pop())
+    for cls in reversed((*operators.CLASSES, *panel.CLASSES)):
+        bpy.utils.unregister_class(cls)
+    properties.unregister()
+
+
+def _command(arguments: list[str]) -> int:
+    from ..cli import main
+
+    return main(arguments)
