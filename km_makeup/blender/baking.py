@@ -146,7 +146,9 @@ def _write(obj: bpy.types.Object, plan: Plan, request: Request, baked: Baked, fo
         "skin_reference": " ".join(f"{c:.6f}" for c in request.reference) if request.reference is not None else "",
         "formula": "R + T2 c / (1 - R_up c), c the colour of the bare skin",
     }
-    pictures = {"R": baked.R, "T2": baked.T2, "R_up": baked.R_up, "finish": _finish(obj, plan, request)}
+    pictures = {"R": baked.R, "T2": baked.T2, "R_up": baked.R_up}
+    if plan.finish.on:
+        pictures["finish"] = _finish(obj, plan, request)
     if baked.albedo is not None:
         pictures["albedo"] = baked.albedo
     name = bpy.path.clean_name(obj.name)

@@ -148,7 +148,7 @@ def facts_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> SceneFacts:
                 switch=Switch(layer.switch.lower()) if layer.map is not None else Switch.OFF,
             )
         )
-    return SceneFacts(tuple(layers), engines_of(obj, scene))
+    return SceneFacts(tuple(layers), engines_of(obj, scene), Switch(obj.km_makeup.finish.lower()))
 
 
 def plan_of(obj: bpy.types.Object, scene: bpy.types.Scene | None = None) -> Plan:
@@ -183,8 +183,8 @@ def refresh(obj: bpy.types.Object, scene: bpy.types.Scene | None = None) -> Plan
     if not plan.any_film:
         _bare(obj)
         return plan
-    parts = _baked_parts(obj) if obj.km_makeup.path == "BAKED" else _live_parts(obj, plan)
-    group = makeup_group(parts, obj.km_makeup.uv_map, f"KM Makeup {obj.name}")
+    parts = _baked_parts(obj, plan) if obj.km_makeup.path == "BAKED" else _live_parts(obj, plan)
+    group = makeup_group(parts, obj.km_makeup.uv_map, f"KM Makeup {obj.name}", finish=plan.finish.on)
     engines = engines_of(obj, scene)
     for entry in obj.km_makeup.slots:
         _dress(obj, entry, group, engines)
@@ -234,13 +234,17 @@ def _live_parts(obj: bpy.types.Object, plan: Plan) -> list[FilmNodes]:
     ]
 
 
-def _baked_parts(obj: bpy.types.Object) -> BakedNodes:
+def _baked_parts(obj: bpy.types.Object, plan: Plan) -> BakedNodes:
     makeup = obj.km_makeup
-    if makeup.baked_R is None or makeup.baked_finish is None or (makeup.baked_T2 is None and makeup.baked_albedo is None):
+    if makeup.baked_R is None or (makeup.baked_T2 is None and makeup.baked_albedo is None):
         raise MakeupError(f"{obj.name!r} has no baked textures yet; press Bake, or set Colour to Live.")
     albedo = makeup.baked_albedo if makeup.finished else None
     return BakedNodes(
-        makeup.baked_R, None if albedo else makeup.baked_T2, None if albedo else makeup.baked_R_up, albedo, makeup.baked_finish
+        R=makeup.baked_R,
+        T2=None if albedo else makeup.baked_T2,
+        R_up=None if albedo else makeup.baked_R_up,
+        albedo=albedo,
+        finish=makeup.baked_finish if plan.finish.on else None,
     )
 
 

@@ -85,6 +85,9 @@ class KM_PG_object(bpy.types.PropertyGroup):
         name="EEVEE and Cycles", default=True, update=setting_changed,
         description="Build an output for both engines; off: for the scene's engine alone",
     )  # fmt: skip
+    finish: EnumProperty(
+        name="Highlight", description="Whether the plan decides that films change the highlight", items=SWITCHES, update=setting_changed
+    )
     baked_R: PointerProperty(type=bpy.types.Image, name="Baked R")
     baked_T2: PointerProperty(type=bpy.types.Image, name="Baked T2")
     baked_R_up: PointerProperty(type=bpy.types.Image, name="Baked R up")

@@ -126,7 +126,7 @@ def _cover(node: bpy.types.Node, makeup: MakeupNode, engine: Engine) -> None:
     group.location = (node.location.x - 260, node.location.y)
     _hand_on(node.inputs[COLOUR_INPUT[node.bl_idname]], group.inputs["Skin"])
     total, film, skin = (Colour(tree, group.outputs[name]) for name in ("Colour", "Film", "Skin"))
-    if node.bl_idname == PRINCIPLED:
+    if node.bl_idname == PRINCIPLED and "Finish" in group.outputs:
         _finish(tree, node, Colour(tree, group.outputs["Finish"]))
     if not _scatters(node):
         tree.feed(node.inputs[COLOUR_INPUT[node.bl_idname]], total)

@@ -41,3 +41,4 @@ class SceneFacts:
 
     layers: tuple[LayerFacts, ...]
     engines: frozenset[Engine]
+    finish: Switch = Switch.AUTO

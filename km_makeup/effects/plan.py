@@ -73,13 +73,7 @@ def make_plan(facts: SceneFacts, tolerance: float = DEFAULT_TOLERANCE) -> Plan:
             "none: part of the bake and of the films' transfer",
         ),
         film_closure=_film_closure(facts.engines, bool(live)),
-        finish=Effect(
-            "Film highlight",
-            bool(live),
-            "films have their own roughness and reflectance" if live else "no film",
-            None if live else 0.0,
-            "about 10 nodes a skin shader",
-        ),
+        finish=_finish(facts.finish, bool(live)),
         tolerance=tolerance,
     )
 
@@ -99,6 +93,15 @@ def _film(layer: LayerFacts) -> Effect:
         return Effect(name, False, "its thickness is zero", 0.0, cost)
     reason = f"painted on {100 * layer.coverage:.1f} % of the map, up to {1000 * layer.thickness_mm * layer.map_max:.3g} µm"
     return Effect(name, True, reason, None, cost)
+
+
+def _finish(switch: Switch, any_film: bool) -> Effect:
+    name, cost = "Film highlight", "about 15 nodes a skin shader, 4 a film"
+    if not any_film:
+        return Effect(name, False, "no film", 0.0, cost)
+    if switch is Switch.OFF:
+        return Effect(name, False, "forced off", None, cost)
+    return Effect(name, True, "films have their own roughness and reflectance", None, cost)
 
 
 def _film_closure(engines: frozenset[Engine], any_film: bool) -> Effect:

@@ -135,31 +135,34 @@ class BakedNodes:
     T2: bpy.types.Image | None
     R_up: bpy.types.Image | None
     albedo: bpy.types.Image | None
-    finish: bpy.types.Image
+    finish: bpy.types.Image | None
 
 
-def makeup_group(parts: Sequence[FilmNodes] | BakedNodes, uv_map: str, label: str) -> bpy.types.NodeTree:
+def makeup_group(
+    parts: Sequence[FilmNodes] | BakedNodes, uv_map: str, label: str, finish: bool = True
+) -> bpy.types.NodeTree:
     """The whole makeup of one object: skin colour in; colour, film part, skin part and finish out.
 
     The film part is never more than the whole and the skin part never negative: where a saturated film
     leaves a negative skin channel, the remainder belongs to the film part, so the sum stays exact.
+    Without ``finish`` the group has no such output, and the highlight stays the skin's.
     """
-    signature = signature_of(uv_map, *_marks(parts))
+    signature = signature_of(uv_map, finish, *_marks(parts))
 
     def build(tree: Tree) -> None:
         skin = tree.colour_input("Skin", "Linear RGB reflectance of the bare skin")
         uv = tree.node("ShaderNodeUVMap", uv_map=uv_map)
         vector = Colour(tree, uv.outputs[0])
-        total, film, finish = (
-            _baked(tree, parts, skin, vector) if isinstance(parts, BakedNodes) else _live(tree, parts, skin, vector)
-        )
+        make = _baked if isinstance(parts, BakedNodes) else _live
+        total, film, gloss = make(tree, parts, skin, vector, finish)  # type: ignore[arg-type]
         total = total.maximum(0.0)
         skin_part = (total - film).maximum(0.0)
         film_part = (total - skin_part).maximum(0.0)
         tree.output("Colour", total, "Linear RGB reflectance of skin with films")
         tree.output("Film", film_part, "The part that the films send back by themselves")
         tree.output("Skin", skin_part, "The part that went through the skin")
-        tree.output("Finish", finish, "Share of skin's own highlight; films' slope variance; films' F0")
+        if gloss is not None:
+            tree.output("Finish", gloss, "Share of skin's own highlight; films' slope variance; films' F0")
 
     return _group("makeup", signature, label, build)
 
@@ -190,21 +193,25 @@ def _map_channels(tree: Tree, image: bpy.types.Image, vector: Colour) -> tuple[S
     return (*Colour(tree, node.outputs["Color"]).channels(), Scalar(tree, node.outputs["Alpha"]))
 
 
-def _baked(tree: Tree, parts: BakedNodes, skin: Colour, vector: Colour) -> tuple[Colour, Colour, Colour]:
+def _baked(
+    tree: Tree, parts: BakedNodes, skin: Colour, vector: Colour, finish: bool
+) -> tuple[Colour, Colour, Colour | None]:
     R = _texture(tree, parts.R, vector)
-    finish = _texture(tree, parts.finish, vector)
+    gloss = _texture(tree, parts.finish, vector) if finish and parts.finish else None
     if parts.albedo is not None:
-        return _texture(tree, parts.albedo, vector), R, finish
+        return _texture(tree, parts.albedo, vector), R, gloss
     assert parts.T2 is not None and parts.R_up is not None
     node = tree.group(
         baked_group(), Skin=skin, R=R, T2=_texture(tree, parts.T2, vector), R_up=_texture(tree, parts.R_up, vector)
     )
-    return Colour(tree, node.outputs["Colour"]), Colour(tree, node.outputs["Film"]), finish
+    return Colour(tree, node.outputs["Colour"]), Colour(tree, node.outputs["Film"]), gloss
 
 
-def _live(tree: Tree, parts: Sequence[FilmNodes], skin: Colour, vector: Colour) -> tuple[Colour, Colour, Colour]:
+def _live(
+    tree: Tree, parts: Sequence[FilmNodes], skin: Colour, vector: Colour, finish: bool
+) -> tuple[Colour, Colour, Colour | None]:
     total, film = skin, tree.colour((0.0, 0.0, 0.0))
-    finish = tree.colour((1.0, 0.0, 0.0))
+    gloss = tree.colour((1.0, 0.0, 0.0)) if finish else None
     textures: dict[str, tuple[Scalar, ...]] = {}
     for part in parts:
         if part.image.name not in textures:
@@ -214,8 +221,9 @@ def _live(tree: Tree, parts: Sequence[FilmNodes], skin: Colour, vector: Colour) 
             value = value * part.strength
         node = tree.group(film_group(part.transfer, part.label), Value=value, Below=total, Film_Below=film)
         total, film = Colour(tree, node.outputs["Colour"]), Colour(tree, node.outputs["Film"])
-        finish = _finish_over(tree, part, value, finish)
-    return total, film, finish
+        if gloss is not None:
+            gloss = _finish_over(tree, part, value, gloss)
+    return total, film, gloss
 
 
 def _finish_over(tree: Tree, part: FilmNodes, value: Scalar, below: Colour) -> Colour:

@@ -1,0 +1,76 @@
+"""A check of everything the extension stands on, with what to do where something is amiss."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from ..errors import MakeupError
+from .library import library, user_folder
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing examined: what, whether it is good, and the detail or the remedy."""
+
+    what: str
+    good: bool
+    detail: str
+
+
+def examine() -> list[Finding]:
+    """Examine Blender, packages, products and one computation."""
+    return [
+        Finding("Blender", bpy.app.version >= (5, 0, 0), f"{bpy.app.version_string}, Python {platform.python_version()}"),
+        Finding("numpy", True, np.__version__),
+        _try("colour-science", _colour),
+        _try("OpenImageIO", _image_io),
+        _try("products", _products),
+        _try("computation", _computation),
+    ]
+
+
+def _try(what: str, check: Callable[[], str]) -> Finding:
+    try:
+        return Finding(what, True, check())
+    except (MakeupError, ImportError) as error:
+        return Finding(what, False, str(error))
+
+
+def _colour() -> str:
+    from ..spectra.colorimetry import colour_science
+
+    return colour_science().__version__
+
+
+def _image_io() -> str:
+    from ..bake.files import _oiio
+
+    return _oiio().VERSION_STRING
+
+
+def _products() -> str:
+    found = library()
+    if found.problems:
+        raise MakeupError("; ".join(found.problems))
+    if not found.products:
+        raise MakeupError("there are none; install the extension again.")
+    return f"{len(found.products)}, user folder {user_folder() or 'none (not run as an extension)'}"
+
+
+def _computation() -> str:
+    """A foundation over skin must lie between skin and the opaque film, and white must be white."""
+    from ..makeup import coat, interface_of, on_skin
+    from ..spectra import to_rgb, upsample_skin
+
+    product = library().products[0]
+    skin = upsample_skin(np.array([0.35, 0.2, 0.15]))
+    interface = interface_of([product])
+    colours = to_rgb(np.stack([on_skin([coat(product, x).at(np.float64(1))], interface).over(skin) for x in (0, 20, 1e6)]))
+    if not np.all(np.isfinite(colours)) or not np.allclose(to_rgb(np.ones(81)), 1, atol=0):
+        raise MakeupError("colours came out wrong; install the extension again.")
+    return f"{product.name} at 0, 20 µm and opaque: " + ", ".join("(" + " ".join(f"{v:.3f}" for v in c) + ")" for c in colours)

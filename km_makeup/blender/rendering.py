@@ -1,0 +1,66 @@
+"""Renders as a command makes them: engine, size, samples, seed and file, the same bytes every time."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import bpy
+
+from ..effects import Engine
+from ..errors import MakeupError
+from ..files import replacing
+
+ENGINE_NAMES = {Engine.EEVEE: "BLENDER_EEVEE", Engine.CYCLES: "CYCLES"}
+FORMATS = {".png": ("PNG", "8"), ".exr": ("OPEN_EXR", "32")}
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One picture: camera, engine, size in pixels, samples, seed, target file (.png or .exr)."""
+
+    camera: bpy.types.Object
+    engine: Engine
+    size: tuple[int, int]
+    samples: int
+    seed: int
+    path: Path
+
+
+def check_format(path: Path) -> None:
+    """MakeupError where the file's suffix is none that can be written."""
+    if path.suffix.lower() not in FORMATS:
+        raise MakeupError(f"{path.name}: pictures are written as .png or .exr; choose one of these suffixes.")
+
+
+def render(scene: bpy.types.Scene, shot: Shot) -> float:
+    """Render and write the picture, whole or not at all; seconds it took."""
+    check_format(shot.path)
+    settings = scene.render
+    scene.camera = shot.camera
+    settings.engine = ENGINE_NAMES[shot.engine]
+    settings.resolution_x, settings.resolution_y = shot.size
+    settings.resolution_percentage = 100
+    scene.cycles.samples, scene.cycles.seed = shot.samples, shot.seed
+    scene.cycles.use_animated_seed = False
+    scene.eevee.taa_render_samples = shot.samples
+    kind, depth = FORMATS[shot.path.suffix.lower()]
+    settings.image_settings.media_type = "IMAGE"
+    settings.image_settings.file_format, settings.image_settings.color_depth = kind, depth
+    _no_stamps(settings)
+    start = time.perf_counter()
+    with replacing(shot.path) as temporary:
+        settings.filepath = str(temporary)
+        settings.use_file_extension = False
+        bpy.ops.render.render(write_still=True)
+        if temporary.stat().st_size == 0:
+            raise MakeupError(f"Blender could not write {shot.path}; is the disk full?")
+    return time.perf_counter() - start
+
+
+def _no_stamps(settings: bpy.types.RenderSettings) -> None:
+    """No time of day, no file path in the picture: the same scene gives the same bytes."""
+    for prop in settings.bl_rna.properties:
+        if prop.identifier.startswith("use_stamp_") and prop.type == "BOOLEAN" and not prop.is_readonly:
+            setattr(settings, prop.identifier, False)
