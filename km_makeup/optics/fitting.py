@@ -1,0 +1,344 @@
+"""Absorption and scattering from any number of films, by least squares in ln K and ln S.
+
+One film on black, as in Huang et al. 2013, leaves K and S undetermined at many wavelengths once the instrument has
+noise; films of several thicknesses on black and white determine them. The air interface belongs to the model, so
+that the noise stays that of the readings.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import MakeupError
+from .films import Array, opaque_reflectance
+from .interfaces import Interface, saunderson, unsaunderson
+from .inversion import Inversion, Status
+from .sensitivity import opaque_sensitivity, over_sensitivity
+
+# Optical thicknesses of the thickest film beyond which K or S are not sought: far past what any reading can tell.
+_THINNEST, _THICKEST = np.log(1e-12), np.log(1e6)
+_ROUNDS = 200
+
+
+@dataclass(frozen=True)
+class FilmsInversion(Inversion):
+    """`Inversion` by least squares; ``residual`` is the root mean square of readings minus model per wavelength."""
+
+    residual: Array
+
+
+@dataclass(frozen=True)
+class _Readings:
+    """Readings with the film axis first and all other axes made one: R, R_g, weight (n, m); X (n, m) with ``inf``."""
+
+    R: Array
+    R_g: Array
+    X: Array
+    weight: Array
+    interface: Interface | None
+    specular_included: bool
+
+
+def invert_films(
+    R: ArrayLike,
+    R_g: ArrayLike,
+    X: ArrayLike,
+    *,
+    noise: ArrayLike | None = None,
+    interface: Interface | None = None,
+    specular_included: bool = True,
+    smoothness: float | None = None,
+) -> FilmsInversion:
+    """K and S of a product from readings of two or more of its films.
+
+    Parameters
+    ----------
+    R
+        Readings of the films, shape (films, ..., wavelengths), 0..1; further axes are samples or products.
+    R_g
+        Readings of the bare backings, broadcastable to R (one per film: shape (films, 1, ...)).
+    X
+        Thicknesses, mm, > 0, shape (films,) or broadcastable to R; ``inf`` is the opaque film, its R_g is not used.
+    noise
+        Standard deviation of a reading, broadcastable to R; None: estimated from the residuals (more than two films).
+    interface, specular_included
+        The air interface through which all readings were taken; it is part of the model (`saunderson`).
+    smoothness
+        Expected size of the second differences of ln K and ln S from one wavelength to the next (last axis), such as
+        0.05: a prior that lends determined wavelengths to undetermined ones. None: every wavelength alone.
+
+    Returns
+    -------
+    FilmsInversion
+        K, S with standard errors (from the inverse of the normal matrix), condition, status and residual, with the
+        shape of R less its first axis. OPAQUE where the thickness has no effect beyond the noise, INCONSISTENT
+        where the residual is more than five times the noise, otherwise as `Status`.
+
+    Raises
+    ------
+    MakeupError
+        Fewer than two films.
+
+    Source: Levenberg 1944, Marquardt 1963, on Kubelka 1948, Eq 20, and Saunderson 1942, Eq 4.
+    """
+    data, shape, bad, sigma = _prepare(R, R_g, X, noise, interface, specular_included)
+    theta = _start(data)
+    theta = _minimise(theta, data)
+    prior = None
+    if smoothness is not None and shape and shape[-1] > 2:
+        prior = _second_differences(shape[-1]) / smoothness
+        weighted = _scaled_to_noise(data, theta, noise)
+        theta = _minimise_smooth(theta, weighted, prior)
+    return _judge(data, theta, bad, sigma, shape, noise is not None, prior)
+
+
+def _prepare(
+    R: ArrayLike,
+    R_g: ArrayLike,
+    X: ArrayLike,
+    noise: ArrayLike | None,
+    interface: Interface | None,
+    specular_included: bool,
+) -> tuple[_Readings, tuple[int, ...], NDArray[np.bool_], Array]:
+    """The readings in two axes, the shape of the result, where a reading is none, and the noise (n, m)."""
+    R = np.asarray(R, dtype=np.float64)
+    if R.ndim == 0 or R.shape[0] < 2:
+        raise MakeupError("K and S of a product need the readings of at least two films; add a film of another thickness.")
+    films, shape = R.shape[0], R.shape[1:]
+    X = np.asarray(X, dtype=np.float64)
+    X = X.reshape(films, *[1] * len(shape)) if X.shape == (films,) else X
+    sigma = np.full((), 1e-3) if noise is None else np.asarray(noise, dtype=np.float64)
+    R, R_g, X, sigma = (
+        np.broadcast_to(v, R.shape).reshape(films, -1) for v in (R, np.asarray(R_g, dtype=np.float64), X, sigma)
+    )
+    R_g = np.where(np.isinf(X), 0.5, R_g)
+    slack = 3 * sigma
+    bad = np.any(~((R >= -slack) & (R <= 1 + slack) & (R_g >= 0) & (R_g <= 1) & (X > 0) & (sigma >= 0)), axis=0)
+    R, R_g, X = np.where(bad, 0.5, R), np.where(bad, 0.5, R_g), np.where(bad, 1, X)
+    if interface is not None:
+        R_g = np.clip(unsaunderson(R_g, interface, specular_included=specular_included), 0, 1)
+    weight = 1 / np.maximum(np.where(bad, 1e-3, sigma), 1e-9)
+    return _Readings(R, R_g, X, weight, interface, specular_included), shape, bad, sigma
+
+
+def _model(data: _Readings, theta: Array) -> tuple[Array, Array, Array]:
+    """What the instrument would read for ln K, ln S = theta (2, m), and its derivatives to them, each (n, m)."""
+    K, S = np.exp(theta[0]), np.exp(theta[1])
+    opaque = np.isinf(data.X)
+    X = np.where(opaque, 1, data.X)
+    thin, thick = over_sensitivity(K * X, S * X, data.R_g), opaque_sensitivity(K, S)
+    R = np.where(opaque, opaque_reflectance(K, S), thin.R)
+    to_K, to_S = np.where(opaque, thick[0], thin.k), np.where(opaque, thick[1], thin.s)
+    if data.interface is None:
+        return R, to_K, to_S
+    k1, k2 = data.interface
+    slope = (1 - np.asarray(k1)) * (1 - np.asarray(k2)) / ((1 - np.asarray(k2)) + k2 * (1 - R)) ** 2
+    read = saunderson(R, data.interface, specular_included=data.specular_included)
+    return read, to_K * slope, to_S * slope
+
+
+def _system(data: _Readings, theta: Array) -> tuple[Array, Array, Array]:
+    """Cost (m,), half gradient (2, m) and normal matrix (3, m: KK, KS, SS) of the weighted least squares."""
+    R, to_K, to_S = _model(data, theta)
+    residual = (data.R - R) * data.weight
+    to_K, to_S = to_K * data.weight, to_S * data.weight
+    gradient = np.stack([np.sum(to_K * residual, axis=0), np.sum(to_S * residual, axis=0)])
+    normal = np.stack([np.sum(a * b, axis=0) for a, b in ((to_K, to_K), (to_K, to_S), (to_S, to_S))])
+    return np.sum(residual**2, axis=0), gradient, normal
+
+
+def _limits(data: _Readings) -> tuple[Array, Array]:
+    """Least and greatest ln K and ln S that are sought, (m,)."""
+    thickest = np.log(np.max(np.where(np.isinf(data.X), 0, data.X), axis=0, initial=1e-9))
+    return _THINNEST - thickest, _THICKEST - thickest
+
+
+def _start(data: _Readings) -> Array:
+    """ln K, ln S (2, m) of the best of a coarse grid of films, so that the descent starts in the right valley."""
+    finite = np.where(np.isinf(data.X), np.nan, data.X)
+    typical = np.exp(np.nanmean(np.where(np.isnan(finite).all(axis=0), 1, np.log(finite)), axis=0))
+    best = np.full(data.R.shape[1], np.inf)
+    theta = np.zeros((2, data.R.shape[1]))
+    for k in np.linspace(-7, 4, 9):
+        for s in np.linspace(-6, 5, 9):
+            trial = np.stack([k - np.log(typical), s - np.log(typical)])
+            cost = _system(data, trial)[0]
+            theta, best = np.where(cost < best, trial, theta), np.minimum(cost, best)
+    return theta
+
+
+def _minimise(theta: Array, data: _Readings) -> Array:
+    """Levenberg-Marquardt, every wavelength with a damping of its own."""
+    low, high = _limits(data)
+    theta = np.clip(theta, low, high)
+    cost, gradient, normal = _system(data, theta)
+    damping = np.full(cost.shape, 1e-3)
+    for _ in range(_ROUNDS):
+        kk, ks, ss = normal
+        floor = 1e-30 + 1e-15 * (kk + ss)
+        kk, ss = kk * (1 + damping) + floor, ss * (1 + damping) + floor
+        determinant = np.maximum(kk * ss - ks * ks, 1e-300)
+        step = np.stack([ss * gradient[0] - ks * gradient[1], kk * gradient[1] - ks * gradient[0]]) / determinant
+        trial = np.clip(theta + np.clip(step, -2, 2), low, high)
+        new = _system(data, trial)
+        better = new[0] <= cost
+        moved = np.max(np.abs(np.where(better, trial - theta, 0)), initial=0)
+        theta = np.where(better, trial, theta)
+        cost, gradient, normal = (np.where(better, a, b) for a, b in zip(new, (cost, gradient, normal), strict=True))
+        damping = np.clip(np.where(better, damping / 8, damping * 4), 1e-14, 1e12)
+        if moved < 1e-14 and not np.any(~better & (damping < 1e10)):
+            break
+    return theta
+
+
+def _second_differences(count: int) -> Array:
+    """The matrix (count - 2, count) that takes second differences."""
+    return np.diff(np.eye(count), n=2, axis=0)
+
+
+def _scaled_to_noise(data: _Readings, theta: Array, noise: ArrayLike | None) -> _Readings:
+    """The readings with weights of their own scatter where no noise was given, so that a prior has its right weight."""
+    if noise is not None:
+        return data
+    freedom = max(data.R.shape[0] - 2, 1) * data.R.shape[1]
+    scatter = np.sqrt(np.sum(_system(data, theta)[0]) / freedom)
+    return _Readings(
+        data.R, data.R_g, data.X, data.weight / max(scatter, 1e-6), data.interface, data.specular_included
+    )
+
+
+def _joined(normal: Array, prior: Array) -> Array:
+    """Normal matrices (batch, 2 n, 2 n) of whole spectra: each wavelength's own 2x2 and the prior's rows."""
+    count = prior.shape[1]
+    kk, ks, ss = normal.reshape(3, -1, count)
+    index = np.arange(count)
+    joined = np.zeros((kk.shape[0], 2 * count, 2 * count))
+    joined[:, index, index], joined[:, count + index, count + index] = kk, ss
+    joined[:, index, count + index] = joined[:, count + index, index] = ks
+    bend = prior.T @ prior
+    joined[:, :count, :count] += bend
+    joined[:, count:, count:] += bend
+    return joined
+
+
+def _minimise_smooth(theta: Array, data: _Readings, prior: Array) -> Array:
+    """Levenberg-Marquardt over whole spectra, the wavelengths of each bound together by the prior."""
+    count = prior.shape[1]
+
+    def spectra(values: Array) -> Array:
+        return values.reshape(2, -1, count).swapaxes(0, 1).reshape(-1, 2 * count)
+
+    def flat(values: Array) -> Array:
+        return values.reshape(-1, 2, count).swapaxes(0, 1).reshape(2, -1)
+
+    def system(values: Array) -> tuple[Array, Array, Array]:
+        cost, gradient, normal = _system(data, values)
+        bend = values.reshape(2, -1, count) @ prior.T
+        pull = (bend @ prior).reshape(2, -1)
+        total = cost.reshape(-1, count).sum(axis=-1) + np.sum(bend**2, axis=(0, 2))
+        return total, spectra(gradient - pull), _joined(normal, prior)
+
+    low, high = _limits(data)
+    theta = np.clip(theta, low, high)
+    cost, gradient, normal = system(theta)
+    damping = np.full(cost.shape, 1e-3)
+    diagonal = np.arange(2 * count)
+    for _ in range(_ROUNDS):
+        damped = normal.copy()
+        damped[:, diagonal, diagonal] *= 1 + damping[:, None]
+        damped[:, diagonal, diagonal] += 1e-12
+        step = np.clip(np.linalg.solve(damped, gradient[..., None])[..., 0], -2, 2)
+        trial = np.clip(theta + flat(step), low, high)
+        new = system(trial)
+        better = new[0] <= cost
+        wide = np.repeat(better, count)
+        settled = np.all(~better | (cost - new[0] <= 1e-12 * cost))
+        theta = np.where(wide, trial, theta)
+        cost = np.where(better, new[0], cost)
+        gradient = np.where(better[:, None], new[1], gradient)
+        normal = np.where(better[:, None, None], new[2], normal)
+        damping = np.clip(np.where(better, damping / 8, damping * 4), 1e-12, 1e12)
+        if settled and np.all(better | (damping > 1e6)):
+            break
+    return theta
+
+
+def _judge(
+    data: _Readings,
+    theta: Array,
+    bad: NDArray[np.bool_],
+    sigma: Array,
+    shape: tuple[int, ...],
+    noise_given: bool,
+    prior: Array | None,
+) -> FilmsInversion:
+    """Standard errors, conditions and status of a fit."""
+    films, largest = data.R.shape[0], np.finfo(np.float64).max
+    low, high = _limits(data)
+    K, S = np.exp(np.clip(theta, low, high))
+    R, to_K, to_S = _model(data, theta)
+    residual = np.sqrt(np.mean((data.R - R) ** 2, axis=0))
+    chi = np.sqrt(np.sum(((data.R - R) * data.weight) ** 2, axis=0) / max(films - 2, 1))
+    scale = np.ones_like(chi) if noise_given else chi * (films > 2)
+
+    w_K, w_S = to_K * data.weight, to_S * data.weight
+    normal = np.stack([np.sum(a * b, axis=0) for a, b in ((w_K, w_K), (w_K, w_S), (w_S, w_S))])
+    if prior is None:
+        variance, gain_K, gain_S = _inverse(normal, w_K, w_S)
+    else:
+        noise_weight = np.ones_like(chi) if noise_given else np.maximum(chi, 1e-6)
+        covariance = np.linalg.inv(_joined(normal / noise_weight**2, prior))
+        own = np.diagonal(covariance, axis1=1, axis2=2).reshape(-1, 2, prior.shape[1]).swapaxes(0, 1).reshape(2, -1)
+        variance, (_, gain_K, gain_S) = own, _inverse(normal, w_K, w_S)
+        scale = np.ones_like(chi)
+    error = np.minimum(np.sqrt(np.maximum(variance, 0)), 1e150) * scale
+
+    noise = sigma if noise_given else np.maximum(residual, 1e-12)
+    scale_error = scale / np.maximum(np.sqrt(np.sum((w_K + w_S) ** 2, axis=0)), 1e-150)
+    rounding = np.finfo(np.float64).eps
+    moves = np.max(np.abs(to_K + to_S), axis=0) > 16 * rounding
+    unlike = np.abs(data.R - _bare(data)) > 3 * noise + 16 * rounding
+    opaque = (prior is None) & (~moves | (scale_error > 1))
+    no_film = ~np.any(unlike, axis=0) & ~np.any(np.isinf(data.X), axis=0)
+    inconsistent = (chi > 5) if noise_given else (residual > 0.05)
+    status = np.select(
+        [bad, no_film, inconsistent, opaque],
+        [Status.OUT_OF_RANGE, Status.NO_FILM, Status.INCONSISTENT, Status.OPAQUE],
+        Status.OK,
+    )
+    nothing = bad | no_film
+    K, S = np.where(nothing, 0, K), np.where(nothing, 0, S)
+    determined = status == Status.OK
+
+    def put(values: Array) -> Array:
+        return values.reshape(shape)
+
+    return FilmsInversion(
+        K=put(K),
+        S=put(S),
+        status=put(status.astype(np.uint8)),
+        K_condition=put(np.where(determined, np.minimum(1 + np.sum(gain_K * data.weight * data.R, axis=0), largest), largest)),
+        S_condition=put(np.where(determined, np.minimum(1 + np.sum(gain_S * data.weight * data.R, axis=0), largest), largest)),
+        K_error=put(np.where(determined, K * error[0], K)),
+        S_error=put(np.where(determined, S * error[1], S)),
+        residual=put(np.where(bad, 0, residual)),
+    )
+
+
+def _bare(data: _Readings) -> Array:
+    """What the instrument would read of the bare backings."""
+    if data.interface is None:
+        return data.R_g
+    return saunderson(data.R_g, data.interface, specular_included=data.specular_included)
+
+
+def _inverse(normal: Array, w_K: Array, w_S: Array) -> tuple[Array, Array, Array]:
+    """Variances of ln K and ln S (2, m), and the size of the gain of each weighted reading into them, (n, m) each."""
+    kk, ks, ss = normal
+    determinant = np.maximum(kk * ss - ks * ks, 1e-300)
+    gain_K = np.abs(ss * w_K - ks * w_S) / determinant
+    gain_S = np.abs(kk * w_S - ks * w_K) / determinant
+    return np.stack([ss, kk]) / determinant, gain_K, gain_S

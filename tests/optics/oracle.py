@@ -1,0 +1,92 @@
+"""Kubelka-Munk at 80 digits: the textbook hyperbolic solution, adding and Saunderson in mpmath.
+
+None of the rearrangements of km_makeup.optics are used here: Kubelka's own Eq 26-28 with their limits, differences
+where the textbook has differences, and enough digits that it does not matter.
+"""
+
+from __future__ import annotations
+
+import mpmath as mp
+
+DIGITS = 80
+
+
+def film(K: float, S: float, X: float) -> tuple[mp.mpf, mp.mpf]:
+    """R and T of one film (Kubelka 1948, Eq 26, 27) for exactly the given floating-point numbers."""
+    K, S = mp.mpf(float(K)), mp.mpf(float(S))
+    if X == float("inf"):
+        return (opaque(K, S), mp.mpf(0)) if K + S > 0 else (mp.mpf(0), mp.mpf(1))
+    k, s = K * mp.mpf(float(X)), S * mp.mpf(float(X))
+    z = mp.sqrt(k * (k + 2 * s))
+    if z == 0:
+        return s / (1 + s), 1 / (1 + s)
+    e = mp.exp(z)
+    sinh, cosh = (e - 1 / e) / 2, (e + 1 / e) / 2
+    below = (k + s) * sinh + z * cosh
+    return s * sinh / below, z / below
+
+
+def opaque(K: float, S: float) -> mp.mpf:
+    """R_inf = 1 + K/S - sqrt((K/S)^2 + 2 K/S) (Kubelka 1948, Eq 8)."""
+    K, S = mp.mpf(K), mp.mpf(S)
+    if S == 0:
+        return mp.mpf(0)
+    q = K / S
+    return 1 + q - mp.sqrt(q * q + 2 * q)
+
+
+def over(R: mp.mpf, T2: mp.mpf, R_up: mp.mpf, Rg: float) -> mp.mpf:
+    """R + T^2 Rg/(1 - R Rg) (Kubelka 1954, Eq 9)."""
+    Rg = mp.mpf(Rg)
+    return R if T2 == 0 else R + T2 * Rg / (1 - R_up * Rg)
+
+
+def film_over(K: float, S: float, X: float, Rg: float) -> mp.mpf:
+    """A film over a backing."""
+    R, T = film(K, S, X)
+    return over(R, T * T, R, mp.mpf(float(Rg)))
+
+
+def lay(upper: tuple, lower: tuple) -> tuple:
+    """(R_top, R_bottom, T, T_up) of two stacks (Kubelka 1954, Eq 9-12)."""
+    Ur, Uu, Ut, Utu = upper
+    Lr, Lu, Lt, Ltu = lower
+    d = 1 - Uu * Lr
+    if d == 0:
+        return Ur, Lu, mp.mpf(0), mp.mpf(0)
+    return Ur + Ut * Utu * Lr / d, Lu + Lt * Ltu * Uu / d, Ut * Lt / d, Utu * Ltu / d
+
+
+def stack(films: list[tuple[float, float, float]], k1: float | None = None, k2: float | None = None) -> tuple:
+    """(R_top, R_bottom, T, T_up) of films bottom to top, under an air interface where k1 and k2 are given."""
+    whole = None
+    for one in films:
+        R, T = film(*one)
+        layer = (R, R, T, T)
+        whole = layer if whole is None else lay(layer, whole)
+    if k1 is not None:
+        k1, k2 = mp.mpf(float(k1)), mp.mpf(float(k2))
+        whole = lay((mp.mpf(0), k2, 1 - k1, 1 - k2), whole)
+    return whole
+
+
+def conditions(readings, K: float, S: float) -> tuple[float, float, list]:
+    """Relative condition numbers of K and S as functions of two readings, and the readings.
+
+    ``readings(lnK, lnS)`` gives ((m_1, m_2), inputs), inputs the list of (weight_1, weight_2): how the readings move with
+    a relative change of each further input (backings, thickness).
+    """
+    h = mp.mpf(10) ** -20
+    lnK, lnS = mp.log(mp.mpf(K)), mp.log(mp.mpf(S))
+    m, inputs = readings(lnK, lnS)
+    up_K, down_K = readings(lnK + h, lnS)[0], readings(lnK - h, lnS)[0]
+    up_S, down_S = readings(lnK, lnS + h)[0], readings(lnK, lnS - h)[0]
+    a, c = [(up - down) / (2 * h) for up, down in zip(up_K, down_K, strict=True)]
+    b, d = [(up - down) / (2 * h) for up, down in zip(up_S, down_S, strict=True)]
+    det = a * d - b * c
+    if det == 0:
+        return mp.inf, mp.inf, m
+    columns = [(m[0], mp.mpf(0)), (mp.mpf(0), m[1]), *inputs]
+    to_K = sum(abs((d * p - b * q) / det) for p, q in columns)
+    to_S = sum(abs((a * q - c * p) / det) for p, q in columns)
+    return to_K, to_S, m
