@@ -1,4 +1,7 @@
-"""Operators: what an artist does with makeup, each one undoable and each refusal in a sentence."""
+"""Operators: what an artist does with makeup, each one undoable and each refusal in a sentence.
+
+The floors below are imported when an operator runs, so that registering stays quick.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +13,6 @@ from bpy.props import EnumProperty, IntProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from ..errors import MakeupError
-from ..makeup import Look
-from . import baking, images, looks, makeup
-from .library import library
 from .update import one_update
 
 MAP_SIZE = 2048
@@ -57,6 +57,8 @@ class KM_OT_set_up(_Makeup, bpy.types.Operator):
     bl_label = "Set Up Makeup"
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> str:
+        from . import makeup
+
         makeup.set_up(obj)
         names = ", ".join(entry.original.name for entry in obj.km_makeup.slots)
         return f"Makeup lies on {names}, painted on {obj.km_makeup.uv_map!r}"
@@ -69,6 +71,8 @@ class KM_OT_remove(_Makeup, bpy.types.Operator):
     bl_label = "Remove Makeup"
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        from . import makeup
+
         makeup.remove(obj)
 
 
@@ -79,6 +83,8 @@ class KM_OT_refresh(_Makeup, bpy.types.Operator):
     bl_label = "Refresh"
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> str:
+        from . import makeup
+
         plan = makeup.refresh(obj, context.scene)
         return "; ".join(f"{e.name}: {'on' if e.on else 'off'}, {e.reason}" for e in plan.films) or "No layers"
 
@@ -91,6 +97,8 @@ class KM_OT_layer_add(_Makeup, bpy.types.Operator):
     bl_property = "product"
 
     def _products(self, context: bpy.types.Context | None) -> list[tuple[str, str, str]]:
+        from .library import library
+
         KM_OT_layer_add.items = [(p.id, p.name, f"{p.kind}, {p.form}, {p.provenance.status}") for p in library().products]
         return KM_OT_layer_add.items
 
@@ -102,6 +110,9 @@ class KM_OT_layer_add(_Makeup, bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        from . import images, makeup
+        from .library import library
+
         product = library().find(self.product)
         if not obj.km_makeup.slots:
             makeup.set_up(obj)
@@ -153,6 +164,7 @@ class KM_OT_load_map(_Makeup, bpy.types.Operator, ImportHelper):
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         from ..bake.files import read_map
+        from . import images
 
         layer = obj.km_makeup.layers[obj.km_makeup.active]
         read_map(Path(self.filepath), layer.channel)
@@ -167,6 +179,9 @@ class KM_OT_load_look(_Makeup, bpy.types.Operator, ImportHelper):
     filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> str:
+        from ..makeup import Look
+        from . import looks
+
         look = Look.load(self.filepath)
         looks.apply_look(obj, look)
         return f"{look.name}: {len(look.layers)} layers"
@@ -182,6 +197,8 @@ class KM_OT_save_look(_Makeup, bpy.types.Operator, ExportHelper):
     filename_ext = ".json"
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> str:
+        from . import looks
+
         look = looks.save_look(obj, Path(self.filepath))
         return f"Saved {len(look.layers)} layers to {self.filepath}"
 
@@ -196,12 +213,16 @@ class KM_OT_bake(_Makeup, bpy.types.Operator):
     _steps: Any = None
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> str:
+        from . import baking
+
         report = baking.bake_all(obj, context.scene)
         return str(report) if report else "Nothing is painted, so nothing was baked"
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         if bpy.app.background:
             return self.execute(context)
+        from . import baking
+
         self._steps = baking.bake_steps(context.object, context.scene)
         self._timer = context.window_manager.event_timer_add(0.01, window=context.window)
         context.window_manager.progress_begin(0, 1)

@@ -1,0 +1,105 @@
+"""The main job: the sample head, bare and in its looks, in EEVEE and one look in Cycles, with times and a contact sheet."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+os.environ.setdefault("BLENDER_USER_RESOURCES", tempfile.mkdtemp(prefix="km_makeup-"))
+sys.path.insert(0, str(HERE.parent))
+
+LOOKS = ("day", "evening")
+CYCLES_LOOK = "evening"
+
+
+def say(text: str, start: float) -> None:
+    """A progress line with the time since the start."""
+    print(f"[{time.perf_counter() - start:6.1f} s] {text}", flush=True)
+
+
+def arguments() -> argparse.Namespace:
+    """Options of the command."""
+    parser = argparse.ArgumentParser(
+        prog="sample_blend/run", description=__doc__, epilog="example: sample_blend/run --size 480x600 --out /tmp/pictures"
+    )
+    parser.add_argument("--out", default=str(HERE.parent / "out"), help="folder for the pictures (default: out)")
+    parser.add_argument("--size", default="480x600", help="pixels of each picture (default: 480x600)")
+    parser.add_argument("--samples", type=int, default=16, help="EEVEE samples (default: 16); Cycles takes three times as many")
+    parser.add_argument("--view", default="three-quarter", help="camera (default: three-quarter)")
+    parser.add_argument("--looks", default=",".join(LOOKS), help="looks to render, with commas (default: day,evening)")
+    return parser.parse_args()
+
+
+def main() -> int:
+    """Run the main job; exit code 2 with one line on bad input."""
+    options = arguments()
+    from km_makeup.errors import MakeupError
+
+    try:
+        return run(options)
+    except MakeupError as error:
+        print(f"sample_blend/run: {error}", file=sys.stderr)
+        return 2
+
+
+def run(options: argparse.Namespace) -> int:
+    """Open the head, bake and render, write the sheet."""
+    start = time.perf_counter()
+    import bpy
+
+    from km_makeup import blender
+    from km_makeup.blender import baking, looks, makeup, rendering, sheets, studio
+    from km_makeup.effects import Engine
+    from km_makeup.files import ensure_folder
+    from km_makeup.makeup import Look
+
+    blender.register()
+    out = ensure_folder(Path(options.out))
+    width, _, height = options.size.partition("x")
+    head = studio.open_head(HERE / "head.blend", None, "Head").object
+    say(f"opened sample_blend/head.blend: {len(head.data.vertices)} vertices", start)
+    pictures: list[tuple[str, Path]] = []
+    times: list[tuple[str, float]] = []
+
+    def picture(name: str, caption: str, engine: Engine) -> None:
+        samples = options.samples * (3 if engine is Engine.CYCLES else 1)
+        say(f"rendering {caption}: {width}x{height}, {samples} samples ...", start)
+        camera = studio.camera_for(head, options.view)
+        shot = rendering.Shot(camera, engine, (int(width), int(height)), samples, 0, out / f"{name}.png")
+        seconds = rendering.render(bpy.context.scene, shot)
+        pictures.append((caption, shot.path))
+        times.append((caption, seconds))
+        say(f"wrote {shot.path.name} in {seconds:.1f} s", start)
+
+    picture("bare-eevee", "bare skin, EEVEE", Engine.EEVEE)
+    wanted = [name.strip() for name in options.looks.split(",") if name.strip()]
+    for name in wanted:
+        look = Look.load(HERE / "looks" / f"{name}.json")
+        looks.apply_look(head, look)
+        for layer in head.km_makeup.layers:
+            say(f"{look.name}: {layer.name}, {layer.thickness_um:.3g} µm on {100 * layer['coverage']:.1f} % of the map", start)
+        head.km_makeup.folder = str(out / "textures" / name)
+        begun = time.perf_counter()
+        report = baking.bake_all(head, bpy.context.scene)
+        times.append((f"{look.name}: bake", time.perf_counter() - begun))
+        say(f"{look.name}: baked {report}", start)
+        picture(f"{name}-eevee", f"{look.name}, EEVEE", Engine.EEVEE)
+        if name == CYCLES_LOOK or wanted == [name]:
+            picture(f"{name}-cycles", f"{look.name}, Cycles", Engine.CYCLES)
+    makeup.remove(head)
+    picture("bare-cycles", "bare skin, Cycles", Engine.CYCLES)
+    sheet = sheets.contact_sheet(pictures, out / "contact-sheet.png", columns=len(pictures))
+    print("\nseconds  step")
+    for what, seconds in times:
+        print(f"{seconds:7.2f}  {what}")
+    print(f"\n{len(pictures)} pictures and {sheet} in {time.perf_counter() - start:.1f} s")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
