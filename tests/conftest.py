@@ -1,0 +1,49 @@
+"""What all tests share: the data beside the checkout, and a clean scene for the tests that need Blender."""
+
+from __future__ import annotations
+
+import atexit
+import os
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+
+import pytest
+
+CHECKOUT = Path(__file__).resolve().parents[1]
+
+if "bpy" not in sys.modules:  # importing the bpy module would read the user's own settings and extensions
+    _resources = tempfile.mkdtemp(prefix="km_makeup-tests-")
+    os.environ["BLENDER_USER_RESOURCES"] = _resources
+    atexit.register(shutil.rmtree, _resources, ignore_errors=True)
+
+
+@pytest.fixture(scope="session")
+def shared_data() -> Path:
+    """The folder `shared` beside the checkout: heads, spectra, reference data."""
+    folder = CHECKOUT.parent / "shared"
+    if not (folder / "spectra").is_dir():
+        message = f"no test data in {folder}: put the folder `shared` (heads, spectra, reference) beside the checkout"
+        if os.environ.get("CI"):
+            pytest.fail(message)
+        pytest.skip(message)
+    return folder
+
+
+@pytest.fixture
+def clean_scene() -> None:
+    """An empty file with factory settings, and KM Makeup registered; the preferences stay as they are."""
+    import bpy
+
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    if not hasattr(bpy.types.Object, "km_makeup"):
+        from km_makeup import blender
+
+        blender.register()
+
+
+@pytest.fixture(autouse=True)
+def _blender_tests_start_clean(request: pytest.FixtureRequest) -> None:
+    if request.node.get_closest_marker("blender"):
+        request.getfixturevalue("clean_scene")
