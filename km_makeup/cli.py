@@ -49,7 +49,9 @@ def _command(commands: Any, name: str, about: str, run: Callable[[argparse.Names
         name, help=about, description=about[0].upper() + about[1:] + ".", epilog=EXAMPLES[name],
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )  # fmt: skip
-    sub.add_argument("--log", default="info", choices=["debug", "info", "warning", "error"], help="how much is said (default: info)")
+    sub.add_argument(
+        "--log", default="info", choices=["debug", "info", "warning", "error"], help="how much is said (default: info)"
+    )
     sub.add_argument("--json", action="store_true", help="print the result as JSON on standard output")
     sub.set_defaults(run=run)
     return sub
@@ -64,8 +66,12 @@ def _head_arguments(sub: argparse.ArgumentParser) -> None:
         help="a layer, bottom to top; without a map the whole face, without a thickness the product's usual one",
     )  # fmt: skip
     sub.add_argument("--look", help="a look file (.json); --layer adds layers on top of it")
-    sub.add_argument("--light", default="D65", help="D65, D55, A or a CSV spectrum: the light that colours are computed for")
-    sub.add_argument("--products", action="append", default=[], help="a further folder of products (also KM_MAKEUP_PRODUCTS)")
+    sub.add_argument(
+        "--light", default="D65", help="D65, D55, A or a CSV spectrum: the light that colours are computed for"
+    )
+    sub.add_argument(
+        "--products", action="append", default=[], help="a further folder of products (also KM_MAKEUP_PRODUCTS)"
+    )
 
 
 def _render_parser(sub: argparse.ArgumentParser) -> None:
@@ -76,7 +82,9 @@ def _render_parser(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--size", default="720x900", help="width x height in pixels (default: 720x900)")
     sub.add_argument("--samples", type=int, default=32, help="samples per pixel (default: 32)")
     sub.add_argument("--seed", type=int, default=0, help="noise seed of Cycles (default: 0)")
-    sub.add_argument("--view", default="front", help="front, three-quarter, close-up or a camera's name; several with commas")
+    sub.add_argument(
+        "--view", default="front", help="front, three-quarter, close-up or a camera's name; several with commas"
+    )
     sub.add_argument("--bare", action="store_true", help="render without makeup")
     sub.add_argument("--out", default="makeup.png", help=".png or .exr, or a folder when there are several views")
     sub.add_argument("--save", help="also save the scene as this .blend")
@@ -174,7 +182,9 @@ def _prepare(options: argparse.Namespace, bare: bool) -> Any:
     if look.layers and not bare:
         looks.apply_look(obj, look)
     for layer in obj.km_makeup.layers:
-        log.info("layer: %s, %.3g µm, map %s", layer.product, layer.thickness_um, layer.map.name if layer.map else "none")
+        log.info(
+            "layer: %s, %.3g µm, map %s", layer.product, layer.thickness_um, layer.map.name if layer.map else "none"
+        )
     return obj
 
 

@@ -1,4 +1,4 @@
-"""The main job: the sample head, bare and in its looks, in EEVEE and one look in Cycles, with times and a contact sheet."""
+"""The main job: the sample head, bare and in its looks, in EEVEE and one look in Cycles, with times and a sheet."""
 
 from __future__ import annotations
 
@@ -25,11 +25,15 @@ def say(text: str, start: float) -> None:
 def arguments() -> argparse.Namespace:
     """Options of the command."""
     parser = argparse.ArgumentParser(
-        prog="sample_blend/run", description=__doc__, epilog="example: sample_blend/run --size 480x600 --out /tmp/pictures"
+        prog="sample_blend/run",
+        description=__doc__,
+        epilog="example: sample_blend/run --size 480x600 --out /tmp/pictures",
     )
     parser.add_argument("--out", default=str(HERE.parent / "out"), help="folder for the pictures (default: out)")
     parser.add_argument("--size", default="480x600", help="pixels of each picture (default: 480x600)")
-    parser.add_argument("--samples", type=int, default=16, help="EEVEE samples (default: 16); Cycles takes three times as many")
+    parser.add_argument(
+        "--samples", type=int, default=16, help="EEVEE samples (default: 16); Cycles takes three times as many"
+    )
     parser.add_argument("--view", default="three-quarter", help="camera (default: three-quarter)")
     parser.add_argument("--looks", default=",".join(LOOKS), help="looks to render, with commas (default: day,evening)")
     return parser.parse_args()
@@ -82,7 +86,10 @@ def run(options: argparse.Namespace) -> int:
         look = Look.load(HERE / "looks" / f"{name}.json")
         looks.apply_look(head, look)
         for layer in head.km_makeup.layers:
-            say(f"{look.name}: {layer.name}, {layer.thickness_um:.3g} µm on {100 * layer['coverage']:.1f} % of the map", start)
+            say(
+                f"{look.name}: {layer.name}, {layer.thickness_um:.3g} µm on {100 * layer['coverage']:.1f} % of the map",
+                start,
+            )
         head.km_makeup.folder = str(out / "textures" / name)
         begun = time.perf_counter()
         report = baking.bake_all(head, bpy.context.scene)

@@ -87,7 +87,9 @@ def baking(request: Request) -> Generator[tuple[int, int], None, Baked]:
     if request.skin is not None:
         albedo = np.array(request.skin, np.float32).reshape(-1, 3)
         if len(albedo) != height * width:
-            raise MakeupError(f"The skin texture has {len(albedo)} texels, the maps {height * width}; give both the same size.")
+            raise MakeupError(
+                f"The skin texture has {len(albedo)} texels, the maps {height * width}; give both the same size."
+            )
     combinations, inverse = _distinct(values)
     total = -(-len(combinations) // CHUNK) + (-(-len(covered) // CHUNK) if albedo is not None else 0)
     reference = _reference_spectrum(request)
@@ -120,7 +122,9 @@ def baking(request: Request) -> Generator[tuple[int, int], None, Baked]:
 def _covered_values(request: Request) -> tuple[NDArray, tuple[int, int], NDArray]:
     """Painted values (covered, layers), the maps' shape, and the flat indices of the covered texels."""
     if not request.maps or len(request.maps) != len(request.coats):
-        raise MakeupError(f"A bake needs one map a layer; there are {len(request.coats)} layers and {len(request.maps)} maps.")
+        raise MakeupError(
+            f"A bake needs one map a layer; there are {len(request.coats)} layers and {len(request.maps)} maps."
+        )
     names = list(request.names) or [f"map {i + 1}" for i in range(len(request.maps))]
     maps = [check_map(values, name) for values, name in zip(request.maps, names)]
     shape = check_same_size(list(zip(names, maps)))

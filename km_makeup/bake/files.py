@@ -42,7 +42,9 @@ def read_image(path: Path) -> tuple[NDArray, list[str]]:
         eight_bit = spec.format == oiio.TypeDesc("uint8")
         pixels = source.read_image("uint8" if eight_bit else "float")
         if pixels is None:
-            raise MakeupError(f"The image {path} is damaged ({source.geterror().strip()}); save it again as PNG or EXR.")
+            raise MakeupError(
+                f"The image {path} is damaged ({source.geterror().strip()}); save it again as PNG or EXR."
+            )
         names = list(spec.channelnames)
     finally:
         source.close()
@@ -92,6 +94,10 @@ def write_png(path: Path, pixels: NDArray) -> None:
     spec = oiio.ImageSpec(rows.shape[1], rows.shape[0], rows.shape[2], "uint8")
     with replacing(Path(path)) as temporary:
         target = oiio.ImageOutput.create(str(temporary))
-        if target is None or not target.open(str(temporary), spec) or not target.write_image(np.ascontiguousarray(rows)):
+        if (
+            target is None
+            or not target.open(str(temporary), spec)
+            or not target.write_image(np.ascontiguousarray(rows))
+        ):
             raise MakeupError(f"Cannot write {path} ({oiio.geterror().strip()}); check the folder and the free space.")
         target.close()

@@ -102,7 +102,9 @@ def _request(obj: bpy.types.Object, plan: Plan) -> Request:
 
 def _skin_texture(image: bpy.types.Image, shape: tuple[int, ...], space: str) -> NDArray[np.float32]:
     linear = images.linear_colours(images.pixels(image)[..., :3], image, space)
-    return np.stack([resized(np.ascontiguousarray(linear[..., i]), shape) for i in range(3)], axis=-1).astype(np.float32)
+    return np.stack([resized(np.ascontiguousarray(linear[..., i]), shape) for i in range(3)], axis=-1).astype(
+        np.float32
+    )
 
 
 def resized(values: NDArray, size: int | tuple[int, ...] | None) -> NDArray:

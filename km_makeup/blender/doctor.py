@@ -25,7 +25,9 @@ class Finding:
 def examine() -> list[Finding]:
     """Examine Blender, packages, products and one computation."""
     return [
-        Finding("Blender", bpy.app.version >= (5, 0, 0), f"{bpy.app.version_string}, Python {platform.python_version()}"),
+        Finding(
+            "Blender", bpy.app.version >= (5, 0, 0), f"{bpy.app.version_string}, Python {platform.python_version()}"
+        ),
         Finding("numpy", True, np.__version__),
         _try("colour-science", _colour),
         _try("OpenImageIO", _image_io),
@@ -70,7 +72,11 @@ def _computation() -> str:
     product = library().products[0]
     skin = upsample_skin(np.array([0.35, 0.2, 0.15]))
     interface = interface_of([product])
-    colours = to_rgb(np.stack([on_skin([coat(product, x).at(np.float64(1))], interface).over(skin) for x in (0, 20, 1e6)]))
+    colours = to_rgb(
+        np.stack([on_skin([coat(product, x).at(np.float64(1))], interface).over(skin) for x in (0, 20, 1e6)])
+    )
     if not np.all(np.isfinite(colours)) or not np.allclose(to_rgb(np.ones(81)), 1, atol=0):
         raise MakeupError("colours came out wrong; install the extension again.")
-    return f"{product.name} at 0, 20 µm and opaque: " + ", ".join("(" + " ".join(f"{v:.3f}" for v in c) + ")" for c in colours)
+    return f"{product.name} at 0, 20 µm and opaque: " + ", ".join(
+        "(" + " ".join(f"{v:.3f}" for v in c) + ")" for c in colours
+    )

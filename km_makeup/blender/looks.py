@@ -74,7 +74,9 @@ def save_look(obj: bpy.types.Object, path: Path) -> Look:
             values = images.map_values(entry.map, entry.channel)
             eight_bit = values if values.dtype == np.uint8 else np.rint(values * 255).astype(np.uint8)
             write_png(path.parent / name, eight_bit)
-        layers.append(Layer(layer.product, layer.thickness_um, name if entry.map else "", "R", layer.strength, layer.enabled))
+        layers.append(
+            Layer(layer.product, layer.thickness_um, name if entry.map else "", "R", layer.strength, layer.enabled)
+        )
     look = Look(path.stem, tuple(layers), path.parent)
     look.save(path)
     return look

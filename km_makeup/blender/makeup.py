@@ -36,13 +36,19 @@ def set_up(obj: bpy.types.Object, slots: list[int] | None = None, uv_map: str | 
         raise MakeupError(f"{obj.name!r} is not a mesh; select the head's mesh object.")
     layers = obj.data.uv_layers
     if not layers:
-        raise MakeupError(f"{obj.name!r} has no UV map, so there is nothing to paint on; unwrap it first (UV > Unwrap).")
+        raise MakeupError(
+            f"{obj.name!r} has no UV map, so there is nothing to paint on; unwrap it first (UV > Unwrap)."
+        )
     uv_map = uv_map or next((layer.name for layer in layers if layer.active_render), layers[0].name)
     if uv_map not in layers:
-        raise MakeupError(f"{obj.name!r} has no UV map named {uv_map!r}; it has {', '.join(layer.name for layer in layers)}.")
+        raise MakeupError(
+            f"{obj.name!r} has no UV map named {uv_map!r}; it has {', '.join(layer.name for layer in layers)}."
+        )
     chosen = usable_slots(obj) if slots is None else slots
     if not chosen:
-        raise MakeupError(f"{obj.name!r} has no material that makeup can lie on; give it a skin material with a Principled shader.")
+        raise MakeupError(
+            f"{obj.name!r} has no material that makeup can lie on; give it a skin material with a Principled shader."
+        )
     for index in chosen:
         _check_slot(obj, index)
     if obj.km_makeup.slots:
@@ -51,7 +57,11 @@ def set_up(obj: bpy.types.Object, slots: list[int] | None = None, uv_map: str | 
         obj.km_makeup.uv_map = uv_map
         for index in chosen:
             entry = obj.km_makeup.slots.add()
-            entry.index, entry.original, entry.link = index, obj.material_slots[index].material, obj.material_slots[index].link
+            entry.index, entry.original, entry.link = (
+                index,
+                obj.material_slots[index].material,
+                obj.material_slots[index].link,
+            )
 
 
 def _check_slot(obj: bpy.types.Object, index: int) -> None:
@@ -122,7 +132,8 @@ def engines_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> frozenset[Engin
     """The engines that the object's materials are built for."""
     if obj.km_makeup.both_engines:
         return frozenset(Engine)
-    return frozenset({Engine.CYCLES if scene.render.engine == "CYCLES" else Engine.EEVEE})
+    engine: str = scene.render.engine
+    return frozenset({Engine.CYCLES if engine == "CYCLES" else Engine.EEVEE})
 
 
 def facts_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> SceneFacts:
@@ -191,7 +202,9 @@ def refresh(obj: bpy.types.Object, scene: bpy.types.Scene | None = None) -> Plan
     return plan
 
 
-def _dress(obj: bpy.types.Object, entry: bpy.types.PropertyGroup, group: bpy.types.NodeTree, engines: frozenset[Engine]) -> None:
+def _dress(
+    obj: bpy.types.Object, entry: bpy.types.PropertyGroup, group: bpy.types.NodeTree, engines: frozenset[Engine]
+) -> None:
     """Give one slot a copy of its skin material with the makeup group in it."""
     material = entry.original.copy()
     material.name = f"{entry.original.name} with Makeup"

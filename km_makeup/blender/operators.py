@@ -99,7 +99,9 @@ class KM_OT_layer_add(_Makeup, bpy.types.Operator):
     def _products(self, context: bpy.types.Context | None) -> list[tuple[str, str, str]]:
         from .library import library
 
-        KM_OT_layer_add.items = [(p.id, p.name, f"{p.kind}, {p.form}, {p.provenance.status}") for p in library().products]
+        KM_OT_layer_add.items = [
+            (p.id, p.name, f"{p.kind}, {p.form}, {p.provenance.status}") for p in library().products
+        ]
         return KM_OT_layer_add.items
 
     items: list[tuple[str, str, str]] = []
@@ -144,7 +146,9 @@ class KM_OT_layer_move(_Makeup, bpy.types.Operator):
     bl_idname = "km_makeup.layer_move"
     bl_label = "Move Layer"
     needs_layer = True
-    direction: IntProperty(name="Direction", description="+1 towards the air, -1 towards the skin", default=1, min=-1, max=1)
+    direction: IntProperty(
+        name="Direction", description="+1 towards the air, -1 towards the skin", default=1, min=-1, max=1
+    )
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         target = obj.km_makeup.active + self.direction

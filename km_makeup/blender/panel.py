@@ -21,7 +21,19 @@ from .operators import (
 class KM_UL_layers(bpy.types.UIList):
     """Layers, bottom of the list is nearest the skin."""
 
-    def draw_item(self, context, layout, data, item, icon, active_data, active_property, index=0, flt_flag=0):  # noqa: ANN001, ANN201, PLR0913
+    def draw_item(
+        self,
+        context: bpy.types.Context,
+        layout: bpy.types.UILayout,
+        data: object,
+        item: bpy.types.PropertyGroup,
+        icon: int,
+        active_data: object,
+        active_property: str,
+        index: int = 0,
+        flt_flag: int = 0,
+    ) -> None:
+        """One row: name, thickness, eye."""
         row = layout.row(align=True)
         row.prop(item, "name", text="", emboss=False)
         row.label(text=f"{item.thickness_um:.3g} µm")
@@ -54,7 +66,9 @@ class KM_PT_makeup(_Panel, bpy.types.Panel):
             layout.operator(KM_OT_load_look.bl_idname, icon="FILE_FOLDER")
             return
         row = layout.row()
-        row.template_list("KM_UL_layers", "", makeup, "layers", makeup, "active", rows=4, sort_reverse=True, sort_lock=True)
+        row.template_list(
+            "KM_UL_layers", "", makeup, "layers", makeup, "active", rows=4, sort_reverse=True, sort_lock=True
+        )
         column = row.column(align=True)
         column.operator(KM_OT_layer_add.bl_idname, text="", icon="ADD")
         column.operator(KM_OT_layer_remove.bl_idname, text="", icon="REMOVE")

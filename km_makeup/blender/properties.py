@@ -36,9 +36,7 @@ SWITCHES = [
 class KM_PG_layer(bpy.types.PropertyGroup):
     """One layer of makeup; layers stand bottom to top."""
 
-    product: StringProperty(
-        name="Product", description="Id of the product in the library", update=layer_changed
-    )
+    product: StringProperty(name="Product", description="Id of the product in the library", update=layer_changed)
     thickness_um: FloatProperty(
         name="Thickness", description="Thickness of the film where the map is white, in micrometres (µm)",
         min=0, soft_max=200, max=1e5, default=20, precision=1, update=layer_changed,
@@ -47,15 +45,23 @@ class KM_PG_layer(bpy.types.PropertyGroup):
         name="Strength", description="Factor on the painted map (0..1)", min=0, max=1, default=1, subtype="FACTOR",
         update=layer_changed,
     )  # fmt: skip
-    enabled: BoolProperty(name="Show", description="Whether this layer is on the face", default=True, update=layer_changed)
+    enabled: BoolProperty(
+        name="Show", description="Whether this layer is on the face", default=True, update=layer_changed
+    )
     map: PointerProperty(
         type=bpy.types.Image, name="Map",
         description="Cosmetic map: 1 is the full thickness, 0 is bare skin; Non-Color", update=layer_changed,
     )  # fmt: skip
-    channel: EnumProperty(name="Channel", description="Channel of the map that holds this layer", items=CHANNELS, update=layer_changed)
-    switch: EnumProperty(name="Plan", description="Whether the plan decides that this film exists", items=SWITCHES, update=layer_changed)
+    channel: EnumProperty(
+        name="Channel", description="Channel of the map that holds this layer", items=CHANNELS, update=layer_changed
+    )
+    switch: EnumProperty(
+        name="Plan", description="Whether the plan decides that this film exists", items=SWITCHES, update=layer_changed
+    )
     map_max: FloatProperty(name="Map Maximum", description="Highest painted value found at the last update (0..1)")
-    coverage: FloatProperty(name="Coverage", description="Share of the map's texels that carry product at the last update (0..1)")
+    coverage: FloatProperty(
+        name="Coverage", description="Share of the map's texels that carry product at the last update (0..1)"
+    )
 
 
 class KM_PG_slot(bpy.types.PropertyGroup):
@@ -73,10 +79,17 @@ class KM_PG_object(bpy.types.PropertyGroup):
     layers: CollectionProperty(type=KM_PG_layer)
     active: IntProperty(name="Active Layer", description="The layer that is shown and painted")
     slots: CollectionProperty(type=KM_PG_slot)
-    uv_map: StringProperty(name="UV Map", description="UV map that the cosmetic maps are painted on", update=setting_changed)
-    path: EnumProperty(name="Colour", description="How the films' colour is computed", items=PATHS, update=setting_changed)
+    uv_map: StringProperty(
+        name="UV Map", description="UV map that the cosmetic maps are painted on", update=setting_changed
+    )
+    path: EnumProperty(
+        name="Colour", description="How the films' colour is computed", items=PATHS, update=setting_changed
+    )
     light: EnumProperty(
-        name="Light", description="Spectrum of the light that the colours are computed for", items=LIGHTS, update=setting_changed
+        name="Light",
+        description="Spectrum of the light that the colours are computed for",
+        items=LIGHTS,
+        update=setting_changed,
     )
     light_file: StringProperty(
         name="Spectrum", description="CSV file: wavelength in nm, power", subtype="FILE_PATH", update=setting_changed
@@ -86,7 +99,10 @@ class KM_PG_object(bpy.types.PropertyGroup):
         description="Build an output for both engines; off: for the scene's engine alone",
     )  # fmt: skip
     finish: EnumProperty(
-        name="Highlight", description="Whether the plan decides that films change the highlight", items=SWITCHES, update=setting_changed
+        name="Highlight",
+        description="Whether the plan decides that films change the highlight",
+        items=SWITCHES,
+        update=setting_changed,
     )
     baked_R: PointerProperty(type=bpy.types.Image, name="Baked R")
     baked_T2: PointerProperty(type=bpy.types.Image, name="Baked T2")
@@ -97,7 +113,10 @@ class KM_PG_object(bpy.types.PropertyGroup):
         name="Folder", description="Where the bake writes its textures", subtype="DIR_PATH", default="//makeup_textures"
     )
     resolution: IntProperty(
-        name="Resolution", description="Width and height of the baked textures, in texels; 0: the maps' own", min=0, max=16384
+        name="Resolution",
+        description="Width and height of the baked textures, in texels; 0: the maps' own",
+        min=0,
+        max=16384,
     )
     full_float: BoolProperty(name="32-bit", description="Write 32-bit float textures instead of 16-bit half floats")
     finished: BoolProperty(

@@ -34,7 +34,11 @@ MakeupNode = Callable[[bpy.types.NodeTree], bpy.types.Node]
 
 def outputs_of(material: bpy.types.Material) -> list[bpy.types.Node]:
     """The material's linked output nodes, the active one of each target first."""
-    nodes = [n for n in material.node_tree.nodes if n.bl_idname == "ShaderNodeOutputMaterial" and n.inputs["Surface"].is_linked]
+    nodes = [
+        n
+        for n in material.node_tree.nodes
+        if n.bl_idname == "ShaderNodeOutputMaterial" and n.inputs["Surface"].is_linked
+    ]
     return sorted(nodes, key=lambda node: not node.is_active_output)
 
 
@@ -152,34 +156,37 @@ def _hand_on(old: bpy.types.NodeSocket, new: bpy.types.NodeSocket) -> None:
         new.default_value = old.default_value
 
 
-def _value(tree: Tree, socket: bpy.types.NodeSocket, kind: type) -> Scalar | Colour:
-    """What a socket receives, as an expression."""
+def _scalar(tree: Tree, socket: bpy.types.NodeSocket) -> Scalar:
+    """The number that a socket receives, as an expression."""
+    return Scalar(tree, socket.links[0].from_socket) if socket.is_linked else tree.scalar(socket.default_value)
+
+
+def _colour(tree: Tree, socket: bpy.types.NodeSocket) -> Colour:
+    """The colour or vector that a socket receives, as an expression."""
     if socket.is_linked:
-        return kind(tree, socket.links[0].from_socket)
-    if kind is Scalar:
-        return tree.scalar(socket.default_value)
+        return Colour(tree, socket.links[0].from_socket)
     return tree.colour(tuple(socket.default_value)[:3])
 
 
 def _finish(tree: Tree, node: bpy.types.Node, finish: Colour) -> None:
     """Joint roughness and specular level of skin and films (`makeup.finish`)."""
     share, variance, f0 = finish.channels()
-    rough = _value(tree, node.inputs["Roughness"], Scalar)
+    rough = _scalar(tree, node.inputs["Roughness"])
     squared = rough * rough
     tree.feed(node.inputs["Roughness"], (share * squared * squared + variance).sqrt().sqrt())
-    ior = _value(tree, node.inputs["IOR"], Scalar)
+    ior = _scalar(tree, node.inputs["IOR"])
     ratio = (ior - 1.0) / (ior + 1.0)
     full = (2.0 * ratio * ratio).maximum(1e-6)
-    level = _value(tree, node.inputs["Specular IOR Level"], Scalar)
+    level = _scalar(tree, node.inputs["Specular IOR Level"])
     tree.feed(node.inputs["Specular IOR Level"], share * level + f0 / full)
     coat = node.inputs["Coat Weight"]
     if coat.is_linked or coat.default_value > 0:
-        tree.feed(coat, share * _value(tree, coat, Scalar))
+        tree.feed(coat, share * _scalar(tree, coat))
 
 
 def _shrink_radius(tree: Tree, node: bpy.types.Node, factor: Colour) -> None:
     name = "Subsurface Radius" if node.bl_idname == PRINCIPLED else "Radius"
-    tree.feed(node.inputs[name], _value(tree, node.inputs[name], Colour) * factor)
+    tree.feed(node.inputs[name], _colour(tree, node.inputs[name]) * factor)
 
 
 def _two_closures(tree: Tree, node: bpy.types.Node, film: Colour, skin: Colour) -> None:

@@ -45,7 +45,7 @@ def skin_of(materials: list[bpy.types.Material], uv_map: str) -> Skin:
     for material in materials:
         for socket in skin_colour_sockets(material):
             if not socket.is_linked:
-                found.append(np.array(socket.default_value[:3], float)[None])
+                found.append(np.array([tuple(socket.default_value)[:3]]))
                 continue
             image = _direct_image(socket, uv_map)
             if image is None:

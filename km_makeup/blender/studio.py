@@ -73,7 +73,9 @@ def find_head(name: str | None) -> bpy.types.Object:
     meshes = [obj for obj in bpy.context.scene.objects if obj.type == "MESH"]
     if name is not None:
         if name not in bpy.context.scene.objects or bpy.context.scene.objects[name].type != "MESH":
-            raise MakeupError(f"There is no mesh object {name!r}; there are {', '.join(o.name for o in meshes) or 'none'}.")
+            raise MakeupError(
+                f"There is no mesh object {name!r}; there are {', '.join(o.name for o in meshes) or 'none'}."
+            )
         return bpy.context.scene.objects[name]
     for test in (lambda o: bool(o.km_makeup.slots), lambda o: o.name == "Head", lambda o: bool(usable_slots(o))):
         found = [obj for obj in meshes if test(obj)]
@@ -100,7 +102,7 @@ def _import(path: Path, name: str | None) -> bpy.types.Object:
 
 def _scale(obj: bpy.types.Object) -> str:
     """Bring an imported head to metres by the unit its size suggests; what was done, in words."""
-    largest = max(obj.dimensions)
+    largest = max(tuple(obj.dimensions))
     unit = next((u for u in UNITS if LARGEST_DIMENSION[u[0]][0] <= largest < LARGEST_DIMENSION[u[0]][1]), None)
     factor = unit[1] if unit else 0.3 / largest
     roots = [o for o in bpy.context.scene.objects if o.parent is None]

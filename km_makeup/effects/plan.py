@@ -91,7 +91,9 @@ def _film(layer: LayerFacts) -> Effect:
         return Effect(name, False, "its map is empty", 0.0, cost)
     if layer.thickness_mm <= 0:
         return Effect(name, False, "its thickness is zero", 0.0, cost)
-    reason = f"painted on {100 * layer.coverage:.1f} % of the map, up to {1000 * layer.thickness_mm * layer.map_max:.3g} µm"
+    reason = (
+        f"painted on {100 * layer.coverage:.1f} % of the map, up to {1000 * layer.thickness_mm * layer.map_max:.3g} µm"
+    )
     return Effect(name, True, reason, None, cost)
 
 

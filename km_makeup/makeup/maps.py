@@ -31,7 +31,9 @@ def check_map(values: NDArray, where: str) -> NDArray:
     low, high = float(values.min()), float(values.max())
     if not (np.isfinite(low) and np.isfinite(high)):
         bad = int(np.count_nonzero(~np.isfinite(values)))
-        raise MakeupError(f"{where} holds {bad} values that are not numbers (NaN or infinite); repaint or save it again.")
+        raise MakeupError(
+            f"{where} holds {bad} values that are not numbers (NaN or infinite); repaint or save it again."
+        )
     if low < -ROUNDING or high > 1 + ROUNDING:
         raise MakeupError(
             f"{where} holds values from {low:.4g} to {high:.4g}; a cosmetic map lies between 0 and 1: "
@@ -63,7 +65,9 @@ def split_rgb_coded(image: NDArray) -> dict[str, NDArray]:
 def join_rgb_coded(layers: Sequence[NDArray]) -> NDArray:
     """One RGB-coded map (height, width, 3) of up to three layers; missing ones are 0."""
     if not 1 <= len(layers) <= 3:
-        raise MakeupError(f"An RGB-coded map holds one to three layers, not {len(layers)}; write one map a layer instead.")
+        raise MakeupError(
+            f"An RGB-coded map holds one to three layers, not {len(layers)}; write one map a layer instead."
+        )
     check_same_size([(f"layer {i + 1}", layer) for i, layer in enumerate(layers)])
     empty = np.zeros_like(layers[0])
     return np.stack([*layers, *[empty] * (3 - len(layers))], axis=-1)

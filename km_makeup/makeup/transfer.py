@@ -48,9 +48,7 @@ class Transfer:
         return row[..., :3] + np.einsum("...ij,...j->...i", row[..., 3:].reshape(*x.shape, 3, 3), c)
 
 
-def fit_transfers(
-    coats: Sequence[Coat], skins: NDArray, interface: Interface | None, bands: Bands
-) -> list[Transfer]:
+def fit_transfers(coats: Sequence[Coat], skins: NDArray, interface: Interface | None, bands: Bands) -> list[Transfer]:
     """The transfers of a stack's films, bottom to top.
 
     Parameters: ``coats`` at the wavelengths of ``bands``; ``skins`` (count, bands), apparent reflectance of

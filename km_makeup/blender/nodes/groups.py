@@ -173,7 +173,17 @@ def _marks(parts: Sequence[FilmNodes] | BakedNodes) -> list[object]:
         return ["baked", *(image.name if image else "" for image in images)]
     marks: list[object] = ["live"]
     for p in parts:
-        marks += [p.image.name, p.channel, p.strength, p.thickness_mm, p.powder, p.roughness, p.f0, p.transfer.a, p.transfer.M]
+        marks += [
+            p.image.name,
+            p.channel,
+            p.strength,
+            p.thickness_mm,
+            p.powder,
+            p.roughness,
+            p.f0,
+            p.transfer.a,
+            p.transfer.M,
+        ]
     return marks
 
 
