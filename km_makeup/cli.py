@@ -288,7 +288,7 @@ def _bake(options: argparse.Namespace) -> int:
     if not obj.km_makeup.slots:
         raise MakeupError("There is no makeup to bake; give --look or --layer, or a .blend that has some.")
     start = time.perf_counter()
-    report = _bake_into(obj, folder, options.finished, options.resolution, getattr(options, "float"))
+    report = _bake_into(obj, folder, options.finished, options.resolution, options.float)
     seconds = time.perf_counter() - start
     log.info("bake: %s, %.2f s", report or "nothing is painted", seconds)
     if options.json:

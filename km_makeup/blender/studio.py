@@ -102,7 +102,7 @@ def _import(path: Path, name: str | None) -> bpy.types.Object:
 
 def _scale(obj: bpy.types.Object) -> str:
     """Bring an imported head to metres by the unit its size suggests; what was done, in words."""
-    largest = max(tuple(obj.dimensions))
+    largest: float = max(*obj.dimensions)
     unit = next((u for u in UNITS if LARGEST_DIMENSION[u[0]][0] <= largest < LARGEST_DIMENSION[u[0]][1]), None)
     factor = unit[1] if unit else 0.3 / largest
     roots = [o for o in bpy.context.scene.objects if o.parent is None]

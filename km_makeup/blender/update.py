@@ -32,8 +32,8 @@ def paused() -> Iterator[None]:
 
 
 def layer_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
-    """A property of a layer changed."""
-    _changed(self.id_data)
+    """A property of a layer changed: baked textures no longer show it, so the live path takes over."""
+    _changed(self.id_data, stale=True)
 
 
 def setting_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
@@ -41,12 +41,15 @@ def setting_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -
     _changed(self.id_data)
 
 
-def _changed(obj: bpy.types.Object) -> None:
+def _changed(obj: bpy.types.Object, stale: bool = False) -> None:
     from ..errors import MakeupError
     from .makeup import refresh
 
     if _paused or not obj.km_makeup.slots:
         return
+    if stale and obj.km_makeup.path == "BAKED":
+        with paused():
+            obj.km_makeup.path = "LIVE"
     try:
         refresh(obj)
     except MakeupError as error:

@@ -205,7 +205,7 @@ class Tree:
 
     def arrange(self) -> None:
         """Place the nodes in columns by how far they are from the outputs, so that a reader can follow."""
-        depth: dict[bpy.types.Node, int] = {node: 0 for node in self.tree.nodes}
+        depth: dict[bpy.types.Node, int] = dict.fromkeys(self.tree.nodes, 0)
         for _ in range(len(depth)):
             moved = False
             for link in self.tree.links:
