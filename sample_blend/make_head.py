@@ -1,0 +1,63 @@
+"""Make the sample head: ``sample_blend/head.blend``, its cosmetic maps and looks.
+
+    .venv/bin/python sample_blend/make_head.py [--out FOLDER] [--quick]
+
+Run with bpy 5.0.1, so that Blender 5.0 and 5.2 both open the file. Needs NumPy, SciPy, Pillow and colour-science, and
+../shared/spectra/chromophores. The same contents every time.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+CHROMOPHORES = HERE.parents[1] / "shared" / "spectra" / "chromophores"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument(
+        "--out", type=Path, default=HERE, help="folder for head.blend and looks/ (default: sample_blend)"
+    )
+    parser.add_argument("--quick", action="store_true", help="albedo 512, for a look at the shape")
+    arguments = parser.parse_args()
+    os.environ.setdefault("BLENDER_USER_RESOURCES", tempfile.mkdtemp(prefix="km-makeup-"))
+    sys.path.insert(0, str(HERE))
+    from head import atlas, maps, mesh, scene, textures
+
+    start = time.perf_counter()
+
+    def say(what: str) -> None:
+        print(f"{time.perf_counter() - start:6.1f} s  {what}", flush=True)
+
+    say("laying the mesh on the anatomy")
+    half = mesh.build()
+    whole = mesh.mirrored(half)
+    say(f"{len(whole.vertices)} vertices, {len(whole.faces)} faces; cosmetic maps")
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    maps.write(atlas.make(half, 1024), arguments.out / "looks")
+    say("skin and eye pictures")
+    skin = textures.albedo(atlas.make(half, 512 if arguments.quick else 2048), CHROMOPHORES)
+    eye = textures.eye()
+    say("scene")
+    import bpy
+
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    with tempfile.TemporaryDirectory() as folder:
+        scene.head(whole, scene.picture("skin-albedo", skin, Path(folder)))
+        scene.eyes(scene.picture("eye", eye, Path(folder)))
+        scene.studio()
+        scene.cameras()
+        scene.settings()
+        scene.save(arguments.out.resolve() / "head.blend")
+    say(f"wrote {arguments.out / 'head.blend'}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
