@@ -24,6 +24,8 @@ from ..spectra.lights import Light
 CHUNK = 16384
 """Texels computed at once: 81 bands of float32 are then 5 MB an array, about a core's cache."""
 
+GAMUT_ROUNDING = 1e-5
+
 Progress = Callable[[int, int], None]
 
 
@@ -51,7 +53,9 @@ class Request:
 class Baked:
     """Float32 textures (height, width, 3): ``R``, ``T2``, ``R_up`` and, on request, ``albedo``.
 
-    ``covered`` counts the texels that were computed, ``distinct`` the different combinations among them.
+    ``covered`` counts the texels that were computed, ``distinct`` the different combinations among them;
+    ``out_of_gamut`` those whose colour over the reference skin has a channel below 0 or above 1 in the
+    working space. Such textures keep their signed values; the nodes clamp what reaches a shader.
     """
 
     R: NDArray
@@ -60,6 +64,7 @@ class Baked:
     albedo: NDArray | None
     covered: int
     distinct: int
+    out_of_gamut: int = 0
 
 
 def bake(request: Request, progress: Progress | None = None) -> Baked:
@@ -100,6 +105,7 @@ def baking(request: Request) -> Generator[tuple[int, int], None, Baked]:
         rgb[:, part] = _rgb(_optics(request, combinations[part]), request.bands, reference)
         done += 1
         yield done, total
+    outside = _outside(rgb, request.reference)
     for texture, table in zip((R, T2, R_up), rgb):
         texture[covered] = table[inverse]
     if albedo is not None:
@@ -116,6 +122,7 @@ def baking(request: Request) -> Generator[tuple[int, int], None, Baked]:
         None if albedo is None else to_image(albedo),
         covered=len(covered),
         distinct=len(combinations),
+        out_of_gamut=int(np.count_nonzero(outside[inverse])) if len(inverse) else 0,
     )
 
 
@@ -177,6 +184,14 @@ def _rgb(optics: OnSkin, bands: Bands, reference: NDArray | None) -> tuple[NDArr
     c = (reference @ bands.weights).astype(R.dtype)
     seen = optics.over(reference.astype(optics.R.dtype)) @ W
     return R, (seen - R) * (1 - R_up * c) / np.maximum(c, 1e-6), R_up
+
+
+def _outside(rgb: NDArray, reference: NDArray | None) -> NDArray[np.bool_]:
+    """Which combinations (3 textures, combinations, 3) leave the working space, over the reference skin or black."""
+    R, T2, R_up = rgb
+    c = np.zeros(3, np.float32) if reference is None else np.asarray(reference, np.float32)
+    colour = R + T2 * c / np.maximum(1 - R_up * c, 1e-6)
+    return np.any((colour < -GAMUT_ROUNDING) | (colour > 1 + GAMUT_ROUNDING), axis=1)
 
 
 def _finished(request: Request, values: NDArray, skin: NDArray) -> NDArray:

@@ -33,12 +33,18 @@ class BakeReport:
     texels: int
     covered: int
     distinct: int
+    out_of_gamut: int = 0
 
     def __str__(self) -> str:
-        return (
+        text = (
             f"{', '.join(self.files)}: {self.covered} of {self.texels} texels covered, "
             f"{self.distinct} distinct thickness combinations computed at 81 bands"
         )
+        if self.out_of_gamut:
+            text += (
+                f"; {self.out_of_gamut} texels are more saturated than the working space and are clamped in the shader"
+            )
+        return text
 
 
 def bake_steps(obj: bpy.types.Object, scene: bpy.types.Scene) -> Generator[tuple[int, int], None, BakeReport | None]:
@@ -58,7 +64,7 @@ def bake_steps(obj: bpy.types.Object, scene: bpy.types.Scene) -> Generator[tuple
     files = _write(obj, plan, request, baked, folder)
     _use(obj, files)
     refresh(obj, scene)
-    return BakeReport(files, request.maps[0].size, baked.covered, baked.distinct)
+    return BakeReport(files, request.maps[0].size, baked.covered, baked.distinct, baked.out_of_gamut)
 
 
 def bake_all(obj: bpy.types.Object, scene: bpy.types.Scene) -> BakeReport | None:
