@@ -17,7 +17,7 @@ below* in the denominator (Huang et al. 2013 print Eq 3 with T1 R1 T1, which cre
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -168,7 +168,7 @@ def stack(films: Sequence[Film | Stack]) -> Stack:
     For n films the reflectances and absorptances are within 2e-15 n relative, the transmittances within
     5 eps n (1 + z), z the sum over the films.
     """
-    nothing, all_light = np.float64(0), np.float64(1)
+    nothing, all_light = np.zeros(()), np.ones(())
     whole = Stack(nothing, nothing, all_light, nothing, nothing, all_light)
     for index, one in enumerate(films):
         whole = as_stack(one) if index == 0 else lay(one, whole)
@@ -203,10 +203,12 @@ def _in_blocks(kernel: Callable[..., tuple[Array, ...]], count: int, *inputs: Ar
     """The ``count`` results of a kernel on broadcast inputs, block by block where they are large."""
     if np.broadcast(*inputs).size <= _BLOCK:
         return kernel(*inputs)
+    to_allocate: list[Any] = [None] * count
+    flags: list[Any] = [["readonly"]] * len(inputs) + [["writeonly", "allocate"]] * count
     walk = np.nditer(
-        [*inputs, *[None] * count],
+        [*inputs, *to_allocate],
         flags=["external_loop", "buffered"],
-        op_flags=[["readonly"]] * len(inputs) + [["writeonly", "allocate"]] * count,
+        op_flags=flags,
         op_dtypes=[inputs[0].dtype] * (len(inputs) + count),
         buffersize=_BLOCK,
     )

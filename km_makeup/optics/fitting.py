@@ -20,7 +20,9 @@ from .sensitivity import opaque_sensitivity, over_sensitivity
 
 # Optical thicknesses of the thickest film beyond which K or S are not sought: far past what any reading can tell.
 _THINNEST, _THICKEST = np.log(1e-12), np.log(1e6)
-_ROUNDS = 200
+_ROUNDS, _FIRST_ROUNDS = 200, 25
+_START_THICKNESSES = (0.02, 0.2, 1.0, 4.0)
+_START_RATIOS = np.geomspace(1e-5, 1e3, 25)
 
 
 @dataclass(frozen=True)
@@ -85,8 +87,7 @@ def invert_films(
     Source: Levenberg 1944, Marquardt 1963, on Kubelka 1948, Eq 20, and Saunderson 1942, Eq 4.
     """
     data, shape, bad, sigma = _prepare(R, R_g, X, noise, interface, specular_included)
-    theta = _start(data)
-    theta = _minimise(theta, data)
+    theta = _best_descent(data)
     prior = None
     if smoothness is not None and shape and shape[-1] > 2:
         prior = _second_differences(shape[-1]) / smoothness
@@ -106,7 +107,9 @@ def _prepare(
     """The readings in two axes, the shape of the result, where a reading is none, and the noise (n, m)."""
     R = np.asarray(R, dtype=np.float64)
     if R.ndim == 0 or R.shape[0] < 2:
-        raise MakeupError("K and S of a product need the readings of at least two films; add a film of another thickness.")
+        raise MakeupError(
+            "K and S of a product need the readings of at least two films; add a film of another thickness."
+        )
     films, shape = R.shape[0], R.shape[1:]
     X = np.asarray(X, dtype=np.float64)
     X = X.reshape(films, *[1] * len(shape)) if X.shape == (films,) else X
@@ -156,33 +159,49 @@ def _limits(data: _Readings) -> tuple[Array, Array]:
     return _THINNEST - thickest, _THICKEST - thickest
 
 
-def _start(data: _Readings) -> Array:
-    """ln K, ln S (2, m) of the best of a coarse grid of films, so that the descent starts in the right valley."""
+def _starts(data: _Readings) -> list[Array]:
+    """ln K, ln S (2, m) to descend from: at each of some optical thicknesses the best of many ratios K/S.
+
+    One start is not enough: the cost is flat where all films are opaque or all transparent, and a descent that
+    begins or strays there stays there.
+    """
     finite = np.where(np.isinf(data.X), np.nan, data.X)
-    typical = np.exp(np.nanmean(np.where(np.isnan(finite).all(axis=0), 1, np.log(finite)), axis=0))
-    best = np.full(data.R.shape[1], np.inf)
-    theta = np.zeros((2, data.R.shape[1]))
-    for k in np.linspace(-7, 4, 9):
-        for s in np.linspace(-6, 5, 9):
-            trial = np.stack([k - np.log(typical), s - np.log(typical)])
+    typical = np.nanmean(np.where(np.isnan(finite).all(axis=0), 0, np.log(finite)), axis=0)
+    starts = []
+    for z in _START_THICKNESSES:
+        best, theta = np.full(data.R.shape[1], np.inf), np.zeros((2, data.R.shape[1]))
+        for ratio in _START_RATIOS:
+            s = z / np.sqrt(ratio * (ratio + 2))
+            trial = np.stack([np.log(ratio * s) - typical, np.log(s) - typical])
             cost = _system(data, trial)[0]
             theta, best = np.where(cost < best, trial, theta), np.minimum(cost, best)
-    return theta
+        starts.append(theta)
+    return starts
 
 
-def _minimise(theta: Array, data: _Readings) -> Array:
+def _best_descent(data: _Readings) -> Array:
+    """ln K, ln S (2, m) of the least cost among the descents from all starts."""
+    best, least = np.zeros((2, data.R.shape[1])), np.full(data.R.shape[1], np.inf)
+    for start in _starts(data):
+        theta = _minimise(start, data, _FIRST_ROUNDS)
+        cost = _system(data, theta)[0]
+        best, least = np.where(cost < least, theta, best), np.minimum(cost, least)
+    return _minimise(best, data, _ROUNDS)
+
+
+def _minimise(theta: Array, data: _Readings, rounds: int) -> Array:
     """Levenberg-Marquardt, every wavelength with a damping of its own."""
     low, high = _limits(data)
     theta = np.clip(theta, low, high)
     cost, gradient, normal = _system(data, theta)
     damping = np.full(cost.shape, 1e-3)
-    for _ in range(_ROUNDS):
+    for _ in range(rounds):
         kk, ks, ss = normal
         floor = 1e-30 + 1e-15 * (kk + ss)
         kk, ss = kk * (1 + damping) + floor, ss * (1 + damping) + floor
         determinant = np.maximum(kk * ss - ks * ks, 1e-300)
         step = np.stack([ss * gradient[0] - ks * gradient[1], kk * gradient[1] - ks * gradient[0]]) / determinant
-        trial = np.clip(theta + np.clip(step, -2, 2), low, high)
+        trial = np.clip(theta + step / np.maximum(np.max(np.abs(step), axis=0), 1), low, high)
         new = _system(data, trial)
         better = new[0] <= cost
         moved = np.max(np.abs(np.where(better, trial - theta, 0)), initial=0)
@@ -205,9 +224,7 @@ def _scaled_to_noise(data: _Readings, theta: Array, noise: ArrayLike | None) -> 
         return data
     freedom = max(data.R.shape[0] - 2, 1) * data.R.shape[1]
     scatter = np.sqrt(np.sum(_system(data, theta)[0]) / freedom)
-    return _Readings(
-        data.R, data.R_g, data.X, data.weight / max(scatter, 1e-6), data.interface, data.specular_included
-    )
+    return _Readings(data.R, data.R_g, data.X, data.weight / max(scatter, 1e-6), data.interface, data.specular_included)
 
 
 def _joined(normal: Array, prior: Array) -> Array:
@@ -250,7 +267,8 @@ def _minimise_smooth(theta: Array, data: _Readings, prior: Array) -> Array:
         damped = normal.copy()
         damped[:, diagonal, diagonal] *= 1 + damping[:, None]
         damped[:, diagonal, diagonal] += 1e-12
-        step = np.clip(np.linalg.solve(damped, gradient[..., None])[..., 0], -2, 2)
+        step = np.linalg.solve(damped, gradient[..., None])[..., 0]
+        step /= np.maximum(np.max(np.abs(step), axis=1, keepdims=True), 1)
         trial = np.clip(theta + flat(step), low, high)
         new = system(trial)
         better = new[0] <= cost
@@ -287,12 +305,12 @@ def _judge(
     w_K, w_S = to_K * data.weight, to_S * data.weight
     normal = np.stack([np.sum(a * b, axis=0) for a, b in ((w_K, w_K), (w_K, w_S), (w_S, w_S))])
     if prior is None:
-        variance, gain_K, gain_S = _inverse(normal, w_K, w_S)
+        variance, gain_K, gain_S = _inverse(w_K, w_S)
     else:
         noise_weight = np.ones_like(chi) if noise_given else np.maximum(chi, 1e-6)
         covariance = np.linalg.inv(_joined(normal / noise_weight**2, prior))
         own = np.diagonal(covariance, axis1=1, axis2=2).reshape(-1, 2, prior.shape[1]).swapaxes(0, 1).reshape(2, -1)
-        variance, (_, gain_K, gain_S) = own, _inverse(normal, w_K, w_S)
+        variance, (_, gain_K, gain_S) = own, _inverse(w_K, w_S)
         scale = np.ones_like(chi)
     error = np.minimum(np.sqrt(np.maximum(variance, 0)), 1e150) * scale
 
@@ -319,9 +337,13 @@ def _judge(
     return FilmsInversion(
         K=put(K),
         S=put(S),
-        status=put(status.astype(np.uint8)),
-        K_condition=put(np.where(determined, np.minimum(1 + np.sum(gain_K * data.weight * data.R, axis=0), largest), largest)),
-        S_condition=put(np.where(determined, np.minimum(1 + np.sum(gain_S * data.weight * data.R, axis=0), largest), largest)),
+        status=status.astype(np.uint8).reshape(shape),
+        K_condition=put(
+            np.where(determined, np.minimum(1 + np.sum(gain_K * data.weight * data.R, axis=0), largest), largest)
+        ),
+        S_condition=put(
+            np.where(determined, np.minimum(1 + np.sum(gain_S * data.weight * data.R, axis=0), largest), largest)
+        ),
         K_error=put(np.where(determined, K * error[0], K)),
         S_error=put(np.where(determined, S * error[1], S)),
         residual=put(np.where(bad, 0, residual)),
@@ -335,10 +357,16 @@ def _bare(data: _Readings) -> Array:
     return saunderson(data.R_g, data.interface, specular_included=data.specular_included)
 
 
-def _inverse(normal: Array, w_K: Array, w_S: Array) -> tuple[Array, Array, Array]:
-    """Variances of ln K and ln S (2, m), and the size of the gain of each weighted reading into them, (n, m) each."""
-    kk, ks, ss = normal
-    determinant = np.maximum(kk * ss - ks * ks, 1e-300)
-    gain_K = np.abs(ss * w_K - ks * w_S) / determinant
-    gain_S = np.abs(kk * w_S - ks * w_K) / determinant
-    return np.stack([ss, kk]) / determinant, gain_K, gain_S
+def _inverse(w_K: Array, w_S: Array) -> tuple[Array, Array, Array]:
+    """Variances of ln K and ln S (2, m), and the size of the gain of each weighted reading into them, (n, m) each.
+
+    By orthogonalising the two columns: the determinant of the normal matrix would cancel.
+    """
+    least = 1e-60
+    kk = np.maximum(np.sum(w_K**2, axis=0), least)
+    mixed = np.sum(w_K * w_S, axis=0) / kk
+    rest = w_S - mixed * w_K
+    ss = np.maximum(np.sum(rest**2, axis=0), least)
+    gain_S = rest / ss
+    gain_K = w_K / kk - mixed * gain_S
+    return np.stack([1 / kk + mixed**2 / ss, 1 / ss]), np.abs(gain_K), np.abs(gain_S)

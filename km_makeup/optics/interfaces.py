@@ -73,13 +73,13 @@ def fresnel_diffuse(n: ArrayLike) -> DiffuseFresnel:
     index = np.asarray(n, dtype=np.float64)
     if not np.all(np.isfinite(index) & (index > 0)):
         raise MakeupError(
-            f"The refractive index must be a positive number, not {n}; skin is 1.4, most binders are 1.5."
+            f"The refractive index must be a positive number, not {n!r}; skin is 1.4, most binders are 1.5."
         )
     m = np.maximum(index, 1 / index)
     contrast = (m - 1) * (m + 1)
     rare = np.where(m < 4, _diffuse_by_quadrature(np.minimum(m, 4)), _diffuse_closed(np.maximum(m, 4)))
     dense = (contrast + rare) / (m * m)
-    normal = ((index - 1) / (index + 1)) ** 2
+    normal = np.square((index - 1) / (index + 1))
     external, internal_ = np.where(index >= 1, rare, dense), np.where(index >= 1, dense, rare)
     return DiffuseFresnel(external[()], internal_[()], normal[()])
 
