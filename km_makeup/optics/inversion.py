@@ -91,11 +91,11 @@ def invert(
     R_inf, R, R_g, X = _floats(R_inf, R, R_g, X)
     (R_inf, R, R_g), bad, slope = _readings((R_inf, R, R_g), X, interface, specular_included)
     X = np.where(bad, 1, X).astype(R.dtype)
-    tolerance = _tolerance(R_inf, R, R_g, noise * slope)
+    hiding, tolerance = _tolerance(R_inf, R, noise * slope), _tolerance(R, R_g, noise * slope)
 
     to_opaque, from_backing = R_inf - R, R - R_g
     side = np.sign(R_inf - R_g)
-    opaque = np.abs(to_opaque) <= tolerance
+    opaque = np.abs(to_opaque) <= hiding
     no_film = (np.abs(from_backing) <= tolerance) & ~opaque
     overshoot = ~opaque & (side * to_opaque < 0)
     undershoot = ~no_film & ~opaque & ((side * from_backing < 0) | (side == 0))
@@ -104,7 +104,7 @@ def invert(
     black = (1 - R_inf) * (1 + R_inf)
     u = from_backing / np.where(good, to_opaque * ((1 - R_g) + R_g * (1 - R_inf)), 1)
     w = u * _log1pc(np.where(good, u * black, 0))
-    hides = -np.log(tolerance) / np.maximum(black, tolerance)
+    hides = -np.log(hiding) / np.maximum(black, hiding)
     w = np.select([good, opaque | overshoot], [w, hides], 0)
     status = np.select(
         [bad, opaque, no_film, overshoot | undershoot],
@@ -163,7 +163,7 @@ def invert_backings(
     swap = R_g1 > R_g2
     R_1, R_2 = np.where(swap, R_2, R_1), np.where(swap, R_1, R_2)
     g_1, g_2 = np.where(swap, R_g2, R_g1), np.where(swap, R_g1, R_g2)
-    tolerance = _tolerance(R_1, R_2, np.maximum(g_1, g_2), noise * slope)
+    tolerance = _tolerance(R_1, R_2, noise * slope)
 
     gap, contrast = np.where(bad, 1, g_2 - g_1), R_2 - R_1
     opaque = np.abs(contrast) <= tolerance
@@ -171,15 +171,17 @@ def invert_backings(
     contrast = np.clip(contrast, 0, gap)
     R_0 = (R_1 * g_2 - R_2 * g_1) / (gap - g_1 * g_2 * contrast)
     spread = tolerance * (g_1 + g_2) / gap
-    too_dark = R_0 < -spread
+    too_dark = R_0 + spread < 0
     hidden = opaque | crossed
     R_0 = np.clip(np.where(hidden, 0.5 * (R_1 + R_2), R_0), 0, 1)
     T2 = contrast * (1 - R_0 * g_1) * (1 - R_0 * g_2) / gap
     T = np.sqrt(np.where(hidden, tolerance**2, T2))
     A = 1 - R_0 - T
     A_spread = spread + tolerance / gap / np.where(T > 0, T, 1)
-    too_bright = ~hidden & (A < -A_spread)
-    no_film = ~hidden & (np.abs(1 - T) <= A_spread) & (R_0 <= spread)
+    too_bright = ~hidden & (A + A_spread < 0)
+    no_film = ~hidden
+    for reading, bare in ((R_1, g_1), (R_2, g_2)):
+        no_film = no_film & (np.abs(reading - bare) <= _tolerance(reading, bare, noise * slope))
     k, s = free_film(R_0, T, np.maximum(A, 0))
     k, s = np.where(bad | no_film, 0, k), np.where(bad | no_film, 0, s)
     status = np.select(
@@ -230,11 +232,10 @@ def _readings(
     return values, bad, slope
 
 
-def _tolerance(a: Array, b: Array, c: Array, sigma: Array) -> Array:
+def _tolerance(a: Array, b: Array, sigma: Array) -> Array:
     """Two reflectances closer than this are equal: three sigma of their difference, or its rounding."""
     eps = np.finfo(a.dtype).eps
-    largest = np.maximum(np.maximum(a, b), c)
-    return np.maximum(3 * np.sqrt(2) * sigma, 4 * eps * np.maximum(largest, eps)).astype(a.dtype)
+    return np.maximum(3 * np.sqrt(2) * sigma, 4 * eps * np.maximum(np.maximum(a, b), eps)).astype(a.dtype)
 
 
 def _log1pc(x: Array) -> Array:

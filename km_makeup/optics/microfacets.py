@@ -168,7 +168,7 @@ def lay_highlights(
         )
     total = _floats(highlights[0])[0]
     for own, T, coverage in zip(highlights[1:], transmittances, coverages, strict=True):
-        total, own, T, coverage = _floats(total, own, T, coverage)
-        passes = T if rule is HighlightRule.PAPER else 1 - coverage
-        total = total * passes + coverage * own
+        below, film, passed, covered = _floats(total, own, T, coverage)
+        kept = passed if rule is HighlightRule.PAPER else 1 - covered
+        total = np.asarray(below * kept + covered * film)[()]
     return total

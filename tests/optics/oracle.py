@@ -6,14 +6,21 @@ where the textbook has differences, and enough digits that it does not matter.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import mpmath as mp
 
 DIGITS = 80
 
 
-def film(K: float, S: float, X: float) -> tuple[mp.mpf, mp.mpf]:
+def exact(x: float | mp.mpf) -> mp.mpf:
+    """A floating-point number (of any precision) as it is."""
+    return x if isinstance(x, mp.mpf) else mp.mpf(float(x))
+
+
+def film(K: float | mp.mpf, S: float | mp.mpf, X: float) -> tuple[mp.mpf, mp.mpf]:
     """R and T of one film (Kubelka 1948, Eq 26, 27) for exactly the given floating-point numbers."""
-    K, S = mp.mpf(float(K)), mp.mpf(float(S))
+    K, S = exact(K), exact(S)
     if X == float("inf"):
         return (opaque(K, S), mp.mpf(0)) if K + S > 0 else (mp.mpf(0), mp.mpf(1))
     k, s = K * mp.mpf(float(X)), S * mp.mpf(float(X))
@@ -28,7 +35,7 @@ def film(K: float, S: float, X: float) -> tuple[mp.mpf, mp.mpf]:
 
 def opaque(K: float, S: float) -> mp.mpf:
     """R_inf = 1 + K/S - sqrt((K/S)^2 + 2 K/S) (Kubelka 1948, Eq 8)."""
-    K, S = mp.mpf(K), mp.mpf(S)
+    K, S = exact(K), exact(S)
     if S == 0:
         return mp.mpf(0)
     q = K / S
@@ -37,14 +44,14 @@ def opaque(K: float, S: float) -> mp.mpf:
 
 def over(R: mp.mpf, T2: mp.mpf, R_up: mp.mpf, Rg: float) -> mp.mpf:
     """R + T^2 Rg/(1 - R Rg) (Kubelka 1954, Eq 9)."""
-    Rg = mp.mpf(Rg)
+    Rg = exact(Rg)
     return R if T2 == 0 else R + T2 * Rg / (1 - R_up * Rg)
 
 
 def film_over(K: float, S: float, X: float, Rg: float) -> mp.mpf:
     """A film over a backing."""
     R, T = film(K, S, X)
-    return over(R, T * T, R, mp.mpf(float(Rg)))
+    return over(R, T * T, R, exact(Rg))
 
 
 def lay(upper: tuple, lower: tuple) -> tuple:
@@ -65,28 +72,28 @@ def stack(films: list[tuple[float, float, float]], k1: float | None = None, k2: 
         layer = (R, R, T, T)
         whole = layer if whole is None else lay(layer, whole)
     if k1 is not None:
-        k1, k2 = mp.mpf(float(k1)), mp.mpf(float(k2))
+        k1, k2 = exact(k1), exact(k2)
         whole = lay((mp.mpf(0), k2, 1 - k1, 1 - k2), whole)
     return whole
 
 
-def conditions(readings, K: float, S: float) -> tuple[float, float, list]:
-    """Relative condition numbers of K and S as functions of two readings, and the readings.
+def conditions(
+    readings: Callable[[mp.mpf, mp.mpf], tuple], K: float, S: float, inputs: list[tuple]
+) -> tuple[mp.mpf, mp.mpf]:
+    """Relative condition numbers of K and S as functions of two readings and of further inputs.
 
-    ``readings(lnK, lnS)`` gives ((m_1, m_2), inputs), inputs the list of (weight_1, weight_2): how the readings move with
-    a relative change of each further input (backings, thickness).
+    ``readings(K, S)`` gives the two readings; ``inputs`` is how they move with a relative change of each further input.
+    The thickness counts 1.
     """
-    h = mp.mpf(10) ** -20
-    lnK, lnS = mp.log(mp.mpf(K)), mp.log(mp.mpf(S))
-    m, inputs = readings(lnK, lnS)
-    up_K, down_K = readings(lnK + h, lnS)[0], readings(lnK - h, lnS)[0]
-    up_S, down_S = readings(lnK, lnS + h)[0], readings(lnK, lnS - h)[0]
-    a, c = [(up - down) / (2 * h) for up, down in zip(up_K, down_K, strict=True)]
-    b, d = [(up - down) / (2 * h) for up, down in zip(up_S, down_S, strict=True)]
+    h = mp.mpf(10) ** -25
+    K, S = mp.mpf(float(K)), mp.mpf(float(S))
+    m = readings(K, S)
+    a, c = [(up - down) / (2 * h) for up, down in zip(readings(K * (1 + h), S), readings(K * (1 - h), S), strict=True)]
+    b, d = [(up - down) / (2 * h) for up, down in zip(readings(K, S * (1 + h)), readings(K, S * (1 - h)), strict=True)]
     det = a * d - b * c
     if det == 0:
-        return mp.inf, mp.inf, m
+        return mp.inf, mp.inf
     columns = [(m[0], mp.mpf(0)), (mp.mpf(0), m[1]), *inputs]
-    to_K = sum(abs((d * p - b * q) / det) for p, q in columns)
-    to_S = sum(abs((a * q - c * p) / det) for p, q in columns)
-    return to_K, to_S, m
+    to_K = 1 + sum(abs((d * p - b * q) / det) for p, q in columns)
+    to_S = 1 + sum(abs((a * q - c * p) / det) for p, q in columns)
+    return to_K, to_S
