@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,8 @@ _FIELDS = {
     "schema", "id", "name", "kind", "form", "interface", "thickness_um", "finish", "provenance",
     "spectrum", "K", "S", "K_error", "S_error",
 }  # fmt: skip
+_BOTH = ("K", "S")
+_SPECTRA = ("K", "S", "K_error", "S_error")
 _SPECTRUM = {"unit": "1/mm", "start_nm": 380.0, "step_nm": 5.0}
 
 
@@ -38,7 +40,7 @@ def read_product(path: str | os.PathLike[str]) -> Product:
     """
     file = Path(path)
     try:
-        return _product(_load(file))
+        return _product(load_json(file))
     except MakeupError as error:
         raise MakeupError(f"Product file {file}: {error}") from None
 
@@ -50,7 +52,7 @@ def write_product(product: Product, path: str | os.PathLike[str]) -> None:
 
 def product_text(product: Product) -> str:
     """The text of a product's file: the same product gives the same text, byte for byte."""
-    provenance, finish = product.provenance, product.finish
+    finish = product.finish
     data: dict[str, Any] = {
         "schema": SCHEMA,
         "id": product.id,
@@ -60,15 +62,7 @@ def product_text(product: Product) -> str:
         "interface": str(product.interface),
         "thickness_um": product.thickness_um,
         "finish": {"roughness": finish.roughness, "f0": finish.f0, **finish.extra},
-        "provenance": {
-            "status": str(provenance.status),
-            "source": provenance.source,
-            "licence": provenance.licence,
-            "maker": provenance.maker,
-            "shade": provenance.shade,
-            "recipe": dict(provenance.recipe),
-            **provenance.extra,
-        },
+        "provenance": provenance_data(product.provenance),
         **product.extra,
         "spectrum": _SPECTRUM,
         "K": product.K,
@@ -95,10 +89,6 @@ def _value_text(value: Any) -> str:
 
 def load_json(file: Path, largest: int = LARGEST_FILE) -> dict[str, Any]:
     """The object in a JSON file; MakeupError where there is none, or a number is NaN or infinite."""
-    return _load(file, largest)
-
-
-def _load(file: Path, largest: int = LARGEST_FILE) -> dict[str, Any]:
     try:
         if file.stat().st_size > largest:
             raise MakeupError(f"it is larger than {largest / 1e6:g} MB, which no such file is; check what it is.")
@@ -107,8 +97,12 @@ def _load(file: Path, largest: int = LARGEST_FILE) -> dict[str, Any]:
         raise MakeupError(f"it cannot be read ({error.strerror}); check the path.") from None
     except UnicodeDecodeError:
         raise MakeupError("it is not UTF-8 text; save it as JSON in UTF-8.") from None
-    except (json.JSONDecodeError, RecursionError) as error:
-        raise MakeupError(f"it is not readable JSON ({error}); mend it or import the product again.") from None
+    except (ValueError, RecursionError) as error:
+        if isinstance(error, MakeupError):
+            raise
+        raise MakeupError(
+            f"it is not readable JSON ({str(error)[:80]}); mend it or import the product again."
+        ) from None
     if not isinstance(data, dict):
         raise MakeupError("it holds no JSON object; a product file starts with {.")
     return data
@@ -124,71 +118,81 @@ def _product(data: dict[str, Any]) -> Product:
         raise MakeupError(
             f"its schema is {schema!r}; this version reads schema {SCHEMA}. Update the extension or save it again."
         )
-    finish, provenance = _object(data, "finish", {}), _object(data, "provenance")
-    nm = _wavelengths(_object(data, "spectrum", _SPECTRUM), _numbers(data, "K"))
+    finish = object_of(data, "finish", {})
+    names = [name for name in _SPECTRA if name in _BOTH or name in data]
+    spectra = dict(zip(names, spectra_of(data, names), strict=True))
     return Product(
-        id=_text(data, "id"),
-        name=_text(data, "name"),
-        kind=_text(data, "kind"),
-        form=_text(data, "form"),  # type: ignore[arg-type]
-        interface=_text(data, "interface"),  # type: ignore[arg-type]
-        thickness_um=_number(data, "thickness_um", 20.0),
+        id=text_of(data, "id"),
+        name=text_of(data, "name"),
+        kind=text_of(data, "kind"),
+        form=text_of(data, "form"),  # type: ignore[arg-type]
+        interface=text_of(data, "interface"),  # type: ignore[arg-type]
+        thickness_um=number_of(data, "thickness_um", 20.0),
         finish=Finish(
-            _number(finish, "roughness", 0.5), _number(finish, "f0", 0.04), _rest(finish, {"roughness", "f0"})
+            number_of(finish, "roughness", 0.5), number_of(finish, "f0", 0.04), _rest(finish, {"roughness", "f0"})
         ),
-        provenance=_provenance(provenance),
-        K=_spectrum(data, "K", nm),
-        S=_spectrum(data, "S", nm),
-        K_error=_spectrum(data, "K_error", nm) if "K_error" in data else None,
-        S_error=_spectrum(data, "S_error", nm) if "S_error" in data else None,
+        provenance=provenance_of(object_of(data, "provenance")),
         extra=_rest(data, _FIELDS),
+        **spectra,
     )
 
 
-def _provenance(data: dict[str, Any]) -> Provenance:
-    recipe = _object(data, "recipe", {})
+def provenance_of(data: dict[str, Any]) -> Provenance:
+    """The provenance in a file's object."""
+    recipe = object_of(data, "recipe", {})
     return Provenance(
-        status=_text(data, "status"),  # type: ignore[arg-type]
-        source=_text(data, "source"),
-        licence=_text(data, "licence", ""),
-        maker=_text(data, "maker", ""),
-        shade=_text(data, "shade", ""),
-        recipe={name: _number(recipe, name) for name in recipe},
+        status=text_of(data, "status"),  # type: ignore[arg-type]
+        source=text_of(data, "source"),
+        licence=text_of(data, "licence", ""),
+        maker=text_of(data, "maker", ""),
+        shade=text_of(data, "shade", ""),
+        recipe={name: number_of(recipe, name) for name in recipe},
         extra=_rest(data, {"status", "source", "licence", "maker", "shade", "recipe"}),
     )
 
 
-def _wavelengths(grid: dict[str, Any], values: list[Any]) -> Spectrum:
-    if grid.get("unit", "1/mm") != "1/mm":
-        raise MakeupError(f"the unit of K and S is {grid['unit']!r}; it must be 1/mm.")
-    start, step = _number(grid, "start_nm"), _number(grid, "step_nm")
-    if step <= 0:
-        raise MakeupError(f"step_nm is {step:g}; it must be above 0.")
-    nm = start + step * np.arange(len(values))
-    if len(values) < 2 or nm[0] > 400 or nm[-1] < 700:
+def provenance_data(provenance: Provenance) -> dict[str, Any]:
+    """A provenance as the object that a file holds; empty fields are left out."""
+    fields = {
+        "status": str(provenance.status),
+        "source": provenance.source,
+        "licence": provenance.licence,
+        "maker": provenance.maker,
+        "shade": provenance.shade,
+        "recipe": dict(provenance.recipe),
+    }
+    return {name: value for name, value in fields.items() if value} | dict(provenance.extra)
+
+
+def spectra_of(data: dict[str, Any], names: Sequence[str], unit: str = "1/mm") -> list[Spectrum]:
+    """The spectra of a file on WAVELENGTHS, from the grid that the file states."""
+    grid = object_of(data, "spectrum", {**_SPECTRUM, "unit": unit})
+    if grid.get("unit", unit) != unit:
+        raise MakeupError(f"the unit of K and S is {str(grid['unit'])[:40]!r}; it must be {unit}.")
+    start, step = number_of(grid, "start_nm"), number_of(grid, "step_nm")
+    rows = [_numbers(data, name) for name in names]
+    count = len(rows[0])
+    if step <= 0 or count < 2 or start > 400 or start + step * (count - 1) < 700:
         raise MakeupError(
-            f"K covers {start:g} nm and {len(values)} steps of {step:g} nm; it must cover at least 400-700 nm."
+            f"{names[0]} covers {start:g} nm and {count} steps of {step:g} nm; it must cover at least 400-700 nm."
         )
-    return nm
+    nm = start + step * np.arange(count)
+    for name, row in zip(names, rows, strict=True):
+        if len(row) != count:
+            raise MakeupError(f"{name} has {len(row)} values and {names[0]} has {count}; give as many of both.")
+    same = count == len(WAVELENGTHS) and np.array_equal(nm, WAVELENGTHS)
+    return [np.array(row) if same else resample(nm, row) for row in rows]
 
 
-def _spectrum(data: dict[str, Any], name: str, nm: Spectrum) -> Spectrum:
-    values = _numbers(data, name)
-    if len(values) != len(nm):
-        raise MakeupError(f"{name} has {len(values)} values and K has {len(nm)}; give as many of both.")
-    numbers = np.array([_number({name: value}, name) for value in values])
-    same = len(nm) == len(WAVELENGTHS) and np.array_equal(nm, WAVELENGTHS)
-    return numbers if same else resample(nm, numbers)
-
-
-def _numbers(data: dict[str, Any], name: str) -> list[Any]:
+def _numbers(data: dict[str, Any], name: str) -> list[float]:
     values = data.get(name)
     if not isinstance(values, list):
         raise MakeupError(f"{name} is missing or no list of numbers.")
-    return values
+    return [number_of({name: value}, name) for value in values]
 
 
-def _number(data: dict[str, Any], name: str, default: float | None = None) -> float:
+def number_of(data: dict[str, Any], name: str, default: float | None = None) -> float:
+    """A finite number of a file's object; MakeupError where it is missing or something else."""
     value = data.get(name, default)
     try:
         number = math.nan if isinstance(value, bool | str) or value is None else float(value)
@@ -199,14 +203,16 @@ def _number(data: dict[str, Any], name: str, default: float | None = None) -> fl
     return number
 
 
-def _text(data: dict[str, Any], name: str, default: str | None = None) -> str:
+def text_of(data: dict[str, Any], name: str, default: str | None = None) -> str:
+    """A text of a file's object; MakeupError where it is missing or something else."""
     value = data.get(name, default)
     if not isinstance(value, str):
         raise MakeupError(f"{name} is missing or no text.")
     return value
 
 
-def _object(data: dict[str, Any], name: str, default: dict[str, Any] | None = None) -> dict[str, Any]:
+def object_of(data: dict[str, Any], name: str, default: dict[str, Any] | None = None) -> dict[str, Any]:
+    """An object within a file's object; MakeupError where it is missing or something else."""
     value = data.get(name, default)
     if not isinstance(value, dict):
         raise MakeupError(f"{name} is missing or no JSON object.")

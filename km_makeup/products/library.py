@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,6 +9,7 @@ from pathlib import Path
 from ..errors import MakeupError
 from ..files import ensure_folder
 from .files import read_product, write_product
+from .near import near_names
 from .product import Product
 
 PRODUCTS_VARIABLE = "KM_MAKEUP_PRODUCTS"
@@ -68,22 +68,19 @@ class Library:
                 products[product.id] = product
         return Library(tuple(products.values()), tuple(problems))
 
-    def find(self, id: str) -> Product:
+    def find(self, product_id: str) -> Product:
         """The product with an id.
 
         Raises MakeupError, naming ids that are close, where there is none.
         """
         for product in self.products:
-            if product.id == id:
+            if product.id == product_id:
                 return product
         known = [product.id for product in self.products]
-        near = (
-            difflib.get_close_matches(str(id), known, n=3, cutoff=0.5)
-            or [one for one in known if str(id).split("-")[0] in one][:3]
+        broken = [problem for problem in self.problems if f"{os.sep}{product_id}.json" in problem]
+        raise MakeupError(
+            f"There is no product {str(product_id)!r}; {broken[0] if broken else near_names(str(product_id), known)}"
         )
-        broken = [problem for problem in self.problems if f"{os.sep}{id}.json" in problem]
-        hint = f"did you mean {' or '.join(near)}?" if near else f"the library holds: {', '.join(known) or 'nothing'}."
-        raise MakeupError(f"There is no product {str(id)!r}; {broken[0] if broken else hint}")
 
     def save(self, product: Product, overwrite: bool = False) -> Library:
         """Write a product into the user's folder and return the library that holds it.

@@ -118,7 +118,7 @@ class Product:
         for name in ("K", "S", "K_error", "S_error"):
             values = getattr(self, name)
             if values is not None:
-                object.__setattr__(self, name, _spectrum(name, values))
+                object.__setattr__(self, name, check_spectrum(name, values))
 
 
 def check_id(identifier: str) -> str:
@@ -137,7 +137,8 @@ def _one_of(kinds: type[StrEnum], value: str, what: str) -> StrEnum:
         raise MakeupError(f"The {what} is {value!r}; it must be one of {', '.join(kinds)}.") from None
 
 
-def _spectrum(name: str, values: Any) -> Spectrum:
+def check_spectrum(name: str, values: Any) -> Spectrum:
+    """81 values that are finite and not negative, read-only; MakeupError otherwise."""
     spectrum = np.array(values, dtype=np.float64)
     if spectrum.shape != WAVELENGTHS.shape:
         raise MakeupError(f"{name} has the shape {spectrum.shape}; it needs 81 values on 380-780 nm @ 5 nm.")
