@@ -6,7 +6,7 @@ s = S X, z = sqrt(k) sqrt(k + 2 s) every result below is a quotient of sums of p
 cancels, K/S is never formed, and K = 0, S = 0 and X = 0 need no branch:
 
     tau = tanh(z)/z          D = 1 + (k + s) tau
-    R = s tau / D            T = sech(z) / D          A = tau (k + z tanh(z/2)) / D          1 - R = A + T
+    R = s tau / D      T = sech(z) / D      A = tau k (1 + (k + 2 s) tanh(z/2)/z) / D      1 - R = A + T
 
 computed from e = exp(-z) and 1 - e = -expm1(-z), all multiplied by 1 + e^2.
 
@@ -222,10 +222,10 @@ def _in_blocks(kernel: Callable[..., tuple[Array, ...]], count: int, *inputs: Ar
 def _film(K: Array, S: Array, X: Array) -> tuple[Array, Array, Array]:
     """R, T, A of films; the formulas of the module's head times 1 + e^2."""
     X, opaque = _finite(X)
-    k, s, z, e, h, tau = _terms(K, S, X)
+    k, s, e, half, tau = _terms(K, S, X)
     share = 1 / ((1 + e * e) + (k + s) * tau)
     through = tau * share
-    R, T, A = s * through, 2 * e * share, through * (k + z * h)
+    R, T, A = s * through, 2 * e * share, through * k * (1 + (k + 2 * s) * half)
     if opaque is None:
         return R, T, A
     z = np.sqrt(K) * np.sqrt(K + 2 * S)
@@ -237,7 +237,7 @@ def _film(K: Array, S: Array, X: Array) -> tuple[Array, Array, Array]:
 def _film_over(K: Array, S: Array, X: Array, Rg: Array) -> tuple[Array]:
     """Films over backings: R + T^2 Rg/(A + T + R (1 - Rg)) as one quotient, which two whites do not cancel."""
     X, opaque = _finite(X)
-    k, s, _, e, _, tau = _terms(K, S, X)
+    k, s, e, _, tau = _terms(K, S, X)
     one = 1 + e * e
     bounced = one + k * tau + s * tau * (1 - Rg)
     R = (s * tau + (2 * e) * (2 * e) * Rg / bounced) / (one + (k + s) * tau)
@@ -253,11 +253,10 @@ def _finite(X: Array) -> tuple[Array, NDArray[np.bool_] | None]:
 
 
 def _terms(K: Array, S: Array, X: Array) -> tuple[Array, ...]:
-    """k, s, z, exp(-z), tanh(z/2) and tau (1 + e^2) of films of finite thickness."""
+    """k, s, exp(-z), tanh(z/2)/z and tau (1 + e^2) of films of finite thickness."""
     k, s = K * X, S * X
-    # The smallest normal number stands for 0, so that tau is a quotient there too.
+    # The smallest normal number stands for 0, so that the quotient by z holds there too.
     z = np.maximum(np.sqrt(k) * np.sqrt(k + 2 * s), np.finfo(k.dtype).tiny)
-    e, h = np.exp(-z), -np.expm1(-z)
-    one = 1 + e
-    tau = h * one / z
-    return k, s, z, e, h / one, tau
+    e = np.exp(-z)
+    one, q = 1 + e, -np.expm1(-z) / z
+    return k, s, e, q / one, q * one

@@ -104,7 +104,8 @@ def invert(
     black = (1 - R_inf) * (1 + R_inf)
     u = from_backing / np.where(good, to_opaque * ((1 - R_g) + R_g * (1 - R_inf)), 1)
     w = u * _log1pc(np.where(good, u * black, 0))
-    hides = -np.log(hiding) / np.maximum(black, hiding)
+    least = np.maximum(hiding, np.finfo(R.dtype).eps)
+    hides = -np.log(least) / np.maximum(black, least)
     w = np.select([good, opaque | overshoot], [w, hides], 0)
     status = np.select(
         [bad, opaque, no_film, overshoot | undershoot],
@@ -175,7 +176,7 @@ def invert_backings(
     hidden = opaque | crossed
     R_0 = np.clip(np.where(hidden, 0.5 * (R_1 + R_2), R_0), 0, 1)
     T2 = contrast * (1 - R_0 * g_1) * (1 - R_0 * g_2) / gap
-    T = np.sqrt(np.where(hidden, tolerance**2, T2))
+    T = np.where(hidden, np.maximum(tolerance, np.finfo(R_1.dtype).eps), np.sqrt(T2))
     A = 1 - R_0 - T
     A_spread = spread + tolerance / gap / np.where(T > 0, T, 1)
     too_bright = ~hidden & (A + A_spread < 0)
@@ -235,7 +236,7 @@ def _readings(
 def _tolerance(a: Array, b: Array, sigma: Array) -> Array:
     """Two reflectances closer than this are equal: three sigma of their difference, or its rounding."""
     eps = np.finfo(a.dtype).eps
-    return np.maximum(3 * np.sqrt(2) * sigma, 4 * eps * np.maximum(np.maximum(a, b), eps)).astype(a.dtype)
+    return np.maximum(3 * np.sqrt(2) * sigma, 4 * eps * np.maximum(a, b)).astype(a.dtype)
 
 
 def _log1pc(x: Array) -> Array:

@@ -166,9 +166,9 @@ def lay_highlights(
             f"{len(highlights)} highlights (skin and films) need {len(highlights) - 1} transmittances and coverages, "
             f"not {len(transmittances)} and {len(coverages)}."
         )
-    total = _floats(highlights[0])[0]
+    (total,) = _floats(highlights[0])
     for own, T, coverage in zip(highlights[1:], transmittances, coverages, strict=True):
-        below, film, passed, covered = _floats(total, own, T, coverage)
+        below, shine, passed, covered = _floats(total, own, T, coverage)
         kept = passed if rule is HighlightRule.PAPER else 1 - covered
-        total = np.asarray(below * kept + covered * film)[()]
+        total = np.add(below * kept, covered * shine)
     return total

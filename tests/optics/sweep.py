@@ -163,7 +163,7 @@ def inversions(count: int, rng: np.random.Generator, dtype: type) -> list[Row]:
         conditions, readings = [], []
         for i in range(K.size):
 
-            def read(k: mp.mpf, s: mp.mpf, i: int = i) -> tuple:
+            def read(k: mp.mpf, s: mp.mpf, i: int = i, method: str = method) -> tuple:
                 one = oracle.film_over(k, s, X[i], g[i])
                 return (oracle.opaque(k, s), one) if method == "invert" else (one, oracle.film_over(k, s, X[i], g_2[i]))
 
