@@ -156,7 +156,7 @@ def makeup_group(
         make = _baked if isinstance(parts, BakedNodes) else _live
         total, film, gloss = make(tree, parts, skin, vector, finish)  # type: ignore[arg-type]
         total = total.maximum(0.0)
-        skin_part = (total - film).maximum(0.0)
+        skin_part = (total - film.maximum(0.0)).maximum(0.0)
         film_part = (total - skin_part).maximum(0.0)
         tree.output("Colour", total, "Linear RGB reflectance of skin with films")
         tree.output("Film", film_part, "The part that the films send back by themselves")
