@@ -143,12 +143,15 @@ def as_stack(one: Film | Stack) -> Stack:
 def lay(upper: Film | Stack, lower: Film | Stack) -> Stack:
     """One stack laid on another, with all the light that bounces between them.
 
-    Source: Kubelka 1954, Eq 9-12; the denominator is written as absorbed plus transmitted light so
-    that two white films do not cancel.
+    Exactly the identity where one of the two is nothing.
+
+    Source: Kubelka 1954, Eq 9-12; where much light bounces the denominator is written as absorbed plus transmitted
+    light, so that two white films do not cancel.
     """
     fields = _floats(*as_stack(upper), *as_stack(lower))
     U, L = Stack(*fields[:6]), Stack(*fields[6:])
-    d = (U.A_bottom + U.T_up) + U.R_bottom * (L.A_top + L.T)
+    bounce = U.R_bottom * L.R_top
+    d = np.where(bounce < 0.5, 1 - bounce, (U.A_bottom + U.T_up) + U.R_bottom * (L.A_top + L.T))
     # d is 0 only between two perfect mirrors, and no light gets there.
     down, up = U.T / np.where(d > 0, d, 1), L.T_up / np.where(d > 0, d, 1)
     return Stack(
@@ -179,12 +182,10 @@ def _floats(*values: ArrayLike) -> tuple[Array, ...]:
     """The values as arrays of one floating dtype, ready to broadcast.
 
     Arrays decide: float32 where all of them are float32 (or smaller), float64 otherwise; single numbers follow
-    them. Where there are only single numbers, numpy's decide in the same way, and Python's mean float64.
+    them, and are float64 where there is no array.
     """
     arrays = [np.asarray(value) for value in values]
     kinds = [a.dtype for a in arrays if a.ndim]
-    if not kinds:
-        kinds = [a.dtype for a, v in zip(arrays, values, strict=True) if not isinstance(v, float | int)]
     dtype = np.result_type(np.float32, *kinds) if kinds else np.dtype(np.float64)
     return tuple(a.astype(dtype, copy=False) for a in arrays)
 
