@@ -8,7 +8,7 @@ from .difference import delta_e, lab
 from .gamut import GamutReport, fit_gamut
 from .grid import WAVELENGTHS, resample
 from .lights import light_spectrum
-from .skin import upsample_skin
+from .skin import reference_skins, upsample_skin
 from .spaces import SPACES, convert
 
 __all__ = [
@@ -22,6 +22,7 @@ __all__ = [
     "fit_gamut",
     "lab",
     "light_spectrum",
+    "reference_skins",
     "resample",
     "to_rgb",
     "upsample_skin",
