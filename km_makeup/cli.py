@@ -8,15 +8,18 @@ from __future__ import annotations
 import argparse
 import json
 import logging
+import os
 import sys
-import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .errors import MakeupError
+from .jobs import BakeJob, HeadJob, RenderJob
 
-log = logging.getLogger("km_makeup")
+if TYPE_CHECKING:
+    from .makeup import Look
 
 OK, BROKEN, BAD_INPUT, PARTIAL = 0, 1, 2, 3
 
@@ -129,7 +132,7 @@ def _size(text: str) -> tuple[int, int]:
     return int(width), int(height)
 
 
-def _look(options: argparse.Namespace) -> Any:
+def _look(options: argparse.Namespace) -> Look:
     """The look that --look and --layer describe, maps as absolute paths."""
     from .makeup import Look, parse_layer
 
@@ -138,170 +141,85 @@ def _look(options: argparse.Namespace) -> Any:
     if options.look:
         loaded = Look.load(_path(options.look, options.head))
         name = loaded.name
-        from dataclasses import replace
-
-        layers += [replace(x, map=str(loaded.map_path(x).resolve()) if x.map else "") for x in loaded.layers]
+        layers += [replace(x, map=str(loaded.folder.resolve() / x.map) if x.map else "") for x in loaded.layers]
     for text in options.layer:
         layer = parse_layer(text)
-        from dataclasses import replace
-
         layers.append(replace(layer, map=str(_path(layer.map, options.head).resolve()) if layer.map else ""))
     return Look(name, tuple(layers))
 
 
-def _start(options: argparse.Namespace) -> None:
-    """What every command that needs Blender does first."""
-    import os
-
-    if options.products:
-        for folder in options.products:
-            if not Path(folder).is_dir():
-                raise MakeupError(f"The product folder {folder} does not exist; check --products.")
-        os.environ["KM_MAKEUP_PRODUCTS"] = os.pathsep.join(
-            [*options.products, *filter(None, [os.environ.get("KM_MAKEUP_PRODUCTS")])]
-        )
-    import bpy
-
-    from . import blender
-
-    if not hasattr(bpy.types.Object, "km_makeup"):
-        blender.register()
+def _head(options: argparse.Namespace) -> HeadJob:
+    return HeadJob(
+        head=_path(options.head),
+        skin=_path(options.skin) if options.skin else None,
+        object=options.object,
+        look=_look(options),
+        light=options.light,
+    )
 
 
-def _prepare(options: argparse.Namespace, bare: bool) -> Any:
-    """The head in the scene with its look on, and what was said about it."""
-    _start(options)
-    from .blender import looks, studio
-
-    look = _look(options)
-    head = studio.open_head(_path(options.head), _path(options.skin) if options.skin else None, options.object)
-    for line in head.said:
-        log.info(line)
-    obj = head.object
-    _set_light(obj, options.light)
-    if look.layers and not bare:
-        looks.apply_look(obj, look)
-    for layer in obj.km_makeup.layers:
-        log.info(
-            "layer: %s, %.3g µm, map %s", layer.product, layer.thickness_um, layer.map.name if layer.map else "none"
-        )
-    return obj
-
-
-def _set_light(obj: Any, light: str) -> None:
-    from .blender.update import paused
-    from .spectra import light_spectrum
-
-    own = Path(light).suffix.lower() in {".csv", ".txt", ".tsv"}
-    light_spectrum(light)
-    if not own and light not in ("D65", "D55", "A"):
-        raise MakeupError(f"--light {light!r}: use D65, D55, A or a CSV file with wavelength in nm and power.")
-    with paused():
-        obj.km_makeup.light = "OWN" if own else light
-        if own:
-            obj.km_makeup.light_file = str(Path(light).resolve())
-
-
-def _bake_into(obj: Any, folder: Path, finished: bool, resolution: int = 0, full_float: bool = False) -> Any:
-    import bpy
-
-    from .blender import baking
-    from .blender.update import paused
-
-    with paused():
-        obj.km_makeup.folder, obj.km_makeup.finished = str(folder.resolve()), finished
-        obj.km_makeup.resolution, obj.km_makeup.full_float = resolution, full_float
-    steps = baking.bake_steps(obj, bpy.context.scene)
-    told = time.monotonic()
-    while True:
-        try:
-            done, total = next(steps)
-        except StopIteration as end:
-            return end.value
-        if time.monotonic() - told > 2:
-            log.info("bake: %d of %d", done, total)
-            told = time.monotonic()
+def _more_products(folders: Sequence[str]) -> None:
+    """Put the folders of --products before those that the environment names."""
+    for folder in folders:
+        if not Path(folder).is_dir():
+            raise MakeupError(f"The product folder {folder} does not exist; check --products.")
+    known = os.environ.get("KM_MAKEUP_PRODUCTS")
+    os.environ["KM_MAKEUP_PRODUCTS"] = os.pathsep.join([*folders, *([known] if known else [])])
 
 
 def _render(options: argparse.Namespace) -> int:
-    from .files import ensure_folder
-
-    size = _size(options.size)
+    _more_products(options.products)
+    views = [view.strip() for view in options.view.split(",") if view.strip()]
+    if not views:
+        raise MakeupError("--view names no view; use front, three-quarter, close-up or a camera's name.")
     if options.samples < 1:
         raise MakeupError("--samples must be at least 1.")
-    views = [view.strip() for view in options.view.split(",") if view.strip()]
     out = _path(options.out, options.head)
-    targets = {views[0]: out} if len(views) == 1 and out.suffix else {v: out / f"{v}.png" for v in views}
-    for target in targets.values():
-        ensure_folder(target.parent)
-    obj = _prepare(options, options.bare)
-    return _render_views(options, obj, size, targets)
+    job = RenderJob(
+        head=_head(options),
+        engine=options.engine,
+        colour=options.colour,
+        bare=options.bare,
+        size=_size(options.size),
+        samples=options.samples,
+        seed=options.seed,
+        targets={views[0]: out} if len(views) == 1 and out.suffix else {v: out / f"{v}.png" for v in views},
+        save=_path(options.save, options.head) if options.save else None,
+    )
+    from .blender.commands import run_render
 
-
-def _render_views(options: argparse.Namespace, obj: Any, size: tuple[int, int], targets: dict[str, Path]) -> int:
-    import bpy
-
-    from .blender import makeup, rendering, studio
-    from .effects import Engine
-
-    engine = Engine[options.engine.upper()]
-    for target in targets.values():
-        rendering.check_format(target)
-    if obj.km_makeup.slots and not options.bare:
-        if options.colour == "live":
-            makeup.refresh(obj)
-        else:
-            start = time.perf_counter()
-            folder = next(iter(targets.values())).parent / "textures"
-            report = _bake_into(obj, folder, options.colour == "finished")
-            log.info("bake: %s, %.2f s", report or "no film to bake", time.perf_counter() - start)
-    elif obj.km_makeup.slots:
-        makeup.remove(obj)
-    done, failed = [], []
-    for view, target in targets.items():
-        try:
-            camera = studio.camera_for(obj, view)
-            log.info("render: %s, %s, %dx%d, %d samples", view, options.engine, *size, options.samples)
-            seconds = rendering.render(
-                bpy.context.scene, rendering.Shot(camera, engine, size, options.samples, options.seed, target)
-            )
-        except MakeupError as error:
-            if len(targets) == 1:
-                raise
-            print(f"km_makeup: {view}: {error}", file=sys.stderr)
-            failed.append(view)
-            continue
-        log.info("wrote %s in %.1f s", target, seconds)
-        done.append({"view": view, "file": str(target), "seconds": round(seconds, 3)})
-    if options.save:
-        bpy.ops.wm.save_as_mainfile(filepath=str(_path(options.save).resolve()), copy=True)
+    result = run_render(job)
+    for view, problem in result.failed.items():
+        print(f"km_makeup: view {view}: {problem}", file=sys.stderr)
     if options.json:
-        print(json.dumps({"pictures": done, "failed": failed}))
-    return PARTIAL if failed and done else BAD_INPUT if failed else OK
+        pictures = [{"view": v, "file": str(p), "seconds": round(s, 3)} for v, p, s in result.pictures]
+        print(json.dumps({"pictures": pictures, "failed": result.failed}))
+    if not result.failed:
+        return OK
+    return PARTIAL if result.pictures else BAD_INPUT
 
 
 def _bake(options: argparse.Namespace) -> int:
-    from .files import ensure_folder
+    _more_products(options.products)
+    job = BakeJob(
+        head=_head(options),
+        folder=_path(options.out, options.head),
+        resolution=options.resolution,
+        finished=options.finished,
+        full_float=options.float,
+    )
+    from .blender.commands import run_bake
 
-    folder = ensure_folder(_path(options.out, options.head))
-    obj = _prepare(options, bare=False)
-    if not obj.km_makeup.slots:
-        raise MakeupError("There is no makeup to bake; give --look or --layer, or a .blend that has some.")
-    start = time.perf_counter()
-    report = _bake_into(obj, folder, options.finished, options.resolution, options.float)
-    seconds = time.perf_counter() - start
-    log.info("bake: %s, %.2f s", report or "nothing is painted", seconds)
+    files, seconds = run_bake(job)
     if options.json:
-        files = {k: str(v) for k, v in report.files.items()} if report else {}
-        print(json.dumps({"files": files, "seconds": round(seconds, 3)}))
+        print(json.dumps({"files": {k: str(v) for k, v in files.items()}, "seconds": round(seconds, 3)}))
     return OK
 
 
 def _doctor(options: argparse.Namespace) -> int:
-    _start(argparse.Namespace(products=[]))
-    from .blender.doctor import examine
+    from .blender.commands import run_doctor
 
-    findings = examine()
+    findings = run_doctor()
     if options.json:
         print(json.dumps([finding.__dict__ for finding in findings], indent=2))
     else:

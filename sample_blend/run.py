@@ -54,6 +54,8 @@ def main() -> int:
 def run(options: argparse.Namespace) -> int:
     """Open the head, bake and render, write the sheet."""
     start = time.perf_counter()
+    import logging
+
     import bpy
 
     from km_makeup import blender
@@ -62,6 +64,7 @@ def run(options: argparse.Namespace) -> int:
     from km_makeup.files import ensure_folder
     from km_makeup.makeup import Look
 
+    logging.basicConfig(level="INFO", format="%(message)s")
     blender.register()
     out = ensure_folder(Path(options.out))
     width, _, height = options.size.partition("x")

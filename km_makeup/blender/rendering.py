@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
+import logging
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +14,10 @@ import bpy
 from ..effects import Engine
 from ..errors import MakeupError
 from ..files import replacing
+
+log = logging.getLogger("km_makeup")
+PATIENCE = 2.0
+"""Seconds between lines of progress."""
 
 ENGINE_NAMES = {Engine.EEVEE: "BLENDER_EEVEE", Engine.CYCLES: "CYCLES"}
 FORMATS = {".png": ("PNG", "8"), ".exr": ("OPEN_EXR", "32")}
@@ -50,13 +57,32 @@ def render(scene: bpy.types.Scene, shot: Shot) -> float:
     settings.image_settings.file_format, settings.image_settings.color_depth = kind, depth
     _no_stamps(settings)
     start = time.perf_counter()
-    with replacing(shot.path) as temporary:
+    with replacing(shot.path) as temporary, _told(start):
         settings.filepath = str(temporary)
         settings.use_file_extension = False
         bpy.ops.render.render(write_still=True)
         if temporary.stat().st_size == 0:
             raise MakeupError(f"Blender could not write {shot.path}; is the disk full?")
     return time.perf_counter() - start
+
+
+@contextlib.contextmanager
+def _told(start: float) -> Iterator[None]:
+    """While rendering, what Blender says about its progress, at most every PATIENCE seconds."""
+    last = start
+
+    def tell(text: object, *_: object) -> None:
+        nonlocal last
+        now = time.perf_counter()
+        if now - last > PATIENCE:
+            last = now
+            log.info("  %.0f s: %s", now - start, text)
+
+    bpy.app.handlers.render_stats.append(tell)
+    try:
+        yield
+    finally:
+        bpy.app.handlers.render_stats.remove(tell)
 
 
 def _no_stamps(settings: bpy.types.RenderSettings) -> None:

@@ -1,0 +1,139 @@
+"""The commands of the command line, carried out in Blender."""
+
+from __future__ import annotations
+
+import logging
+import time
+from pathlib import Path
+
+import bpy
+
+from ..effects import Engine
+from ..errors import MakeupError
+from ..files import ensure_folder
+from ..jobs import BakeJob, HeadJob, RenderJob, RenderResult
+from . import baking, looks, makeup, register, rendering, studio
+from .doctor import Finding, examine
+from .update import paused
+
+log = logging.getLogger("km_makeup")
+LIGHTS = ("D65", "D55", "A")
+
+
+def ensure_registered() -> None:
+    """Register the extension where it is used as a module."""
+    if not hasattr(bpy.types.Object, "km_makeup"):
+        register()
+
+
+def run_doctor() -> list[Finding]:
+    """Examine the installation."""
+    ensure_registered()
+    return examine()
+
+
+def run_render(job: RenderJob) -> RenderResult:
+    """Open the head, put the look on, bake if asked, render every view.
+
+    Raises MakeupError where nothing could be rendered; with several views, what fails is in the result.
+    """
+    ensure_registered()
+    for target in job.targets.values():
+        rendering.check_format(target)
+        ensure_folder(target.parent)
+    obj = _prepare(job.head, job.bare)
+    _colour(obj, job)
+    pictures, failed = [], {}
+    for view, target in job.targets.items():
+        try:
+            camera = studio.camera_for(obj, view)
+            log.info("render: %s, %s, %dx%d, %d samples", view, job.engine, *job.size, job.samples)
+            shot = rendering.Shot(camera, Engine[job.engine.upper()], job.size, job.samples, job.seed, target)
+            seconds = rendering.render(bpy.context.scene, shot)
+        except MakeupError as error:
+            if len(job.targets) == 1:
+                raise
+            failed[view] = str(error)
+            continue
+        log.info("wrote %s in %.1f s", target, seconds)
+        pictures.append((view, target, seconds))
+    if job.save:
+        bpy.ops.wm.save_as_mainfile(filepath=str(job.save.resolve()), copy=True)
+        log.info("saved %s", job.save)
+    return RenderResult(pictures, failed)
+
+
+def run_bake(job: BakeJob) -> tuple[dict[str, Path], float]:
+    """Bake the head's makeup; files by texture name and the seconds it took."""
+    ensure_registered()
+    folder = ensure_folder(job.folder)
+    obj = _prepare(job.head, bare=False)
+    if not obj.km_makeup.slots:
+        raise MakeupError("There is no makeup to bake; give --look or --layer, or a .blend that has some.")
+    start = time.perf_counter()
+    report = _bake_into(obj, folder, job.finished, job.resolution, job.full_float)
+    return (report.files if report else {}), time.perf_counter() - start
+
+
+def _prepare(job: HeadJob, bare: bool) -> bpy.types.Object:
+    """The head in the scene with its look on."""
+    head = studio.open_head(job.head, job.skin, job.object)
+    for line in head.said:
+        log.info(line)
+    obj = head.object
+    _set_light(obj, job.light)
+    if bare:
+        if obj.km_makeup.slots:
+            makeup.remove(obj)
+        return obj
+    if job.look.layers:
+        looks.apply_look(obj, job.look)
+    for layer in obj.km_makeup.layers:
+        name = layer.map.name if layer.map else "none"
+        log.info("layer: %s, %.3g µm, map %s", layer.product, layer.thickness_um, name)
+    return obj
+
+
+def _set_light(obj: bpy.types.Object, light: str) -> None:
+    from ..spectra import light_spectrum
+
+    own = Path(light).suffix.lower() in {".csv", ".txt", ".tsv"}
+    if not own and light not in LIGHTS:
+        raise MakeupError(f"--light {light!r}: use D65, D55, A or a CSV file with wavelength in nm and power.")
+    light_spectrum(light)
+    with paused():
+        obj.km_makeup.light = "OWN" if own else light
+        if own:
+            obj.km_makeup.light_file = str(Path(light).resolve())
+
+
+def _colour(obj: bpy.types.Object, job: RenderJob) -> None:
+    """Bring the films' colour to the path asked for."""
+    if not obj.km_makeup.slots:
+        return
+    if job.colour == "live":
+        with paused():
+            obj.km_makeup.path = "LIVE"
+        makeup.refresh(obj)
+        return
+    folder = next(iter(job.targets.values())).parent / "textures"
+    _bake_into(obj, folder, job.colour == "finished")
+
+
+def _bake_into(
+    obj: bpy.types.Object, folder: Path, finished: bool, resolution: int = 0, full_float: bool = False
+) -> baking.BakeReport | None:
+    with paused():
+        obj.km_makeup.folder, obj.km_makeup.finished = str(folder.resolve()), finished
+        obj.km_makeup.resolution, obj.km_makeup.full_float = resolution, full_float
+    steps = baking.bake_steps(obj, bpy.context.scene)
+    start = told = time.perf_counter()
+    while True:
+        try:
+            done, total = next(steps)
+        except StopIteration as end:
+            log.info("bake: %s, %.2f s", end.value or "nothing is painted", time.perf_counter() - start)
+            return end.value
+        if time.perf_counter() - told > rendering.PATIENCE:
+            log.info("bake: %d of %d parts", done, total)
+            told = time.perf_counter()

@@ -1,0 +1,56 @@
+"""What the command line asks for, as plain data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .makeup import Look
+
+
+@dataclass(frozen=True)
+class HeadJob:
+    """A head file, what to put on it, and the light (a CIE name or a CSV file) its colours are computed for."""
+
+    head: Path
+    skin: Path | None
+    object: str | None
+    look: Look
+    light: str
+
+
+@dataclass(frozen=True)
+class RenderJob:
+    """Pictures of a head: target file by view, ``size`` in pixels; ``colour`` is live, baked or finished."""
+
+    head: HeadJob
+    engine: str
+    colour: str
+    bare: bool
+    size: tuple[int, int]
+    samples: int
+    seed: int
+    targets: Mapping[str, Path]
+    save: Path | None = None
+
+
+@dataclass(frozen=True)
+class RenderResult:
+    """Pictures as (view, file, seconds), and what went wrong by view."""
+
+    pictures: list[tuple[str, Path, float]]
+    failed: dict[str, str]
+
+
+@dataclass(frozen=True)
+class BakeJob:
+    """Textures of a head's makeup, in a folder; resolution in texels, 0 for the maps' own."""
+
+    head: HeadJob
+    folder: Path
+    resolution: int = 0
+    finished: bool = False
+    full_float: bool = False
