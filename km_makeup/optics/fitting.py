@@ -323,11 +323,11 @@ def _judge(
     no_film = ~np.any(unlike, axis=0) & ~np.any(np.isinf(data.X), axis=0)
     inconsistent = (chi > 5) if noise_given else (residual > 0.05)
     status = np.select(
-        [bad, no_film, inconsistent, opaque],
-        [Status.OUT_OF_RANGE, Status.NO_FILM, Status.INCONSISTENT, Status.OPAQUE],
+        [bad, inconsistent, no_film, opaque],
+        [Status.OUT_OF_RANGE, Status.INCONSISTENT, Status.NO_FILM, Status.OPAQUE],
         Status.OK,
     )
-    nothing = bad | no_film
+    nothing = bad | (status == Status.NO_FILM)
     K, S = np.where(nothing, 0, K), np.where(nothing, 0, S)
     determined = status == Status.OK
 

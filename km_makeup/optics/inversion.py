@@ -89,9 +89,9 @@ def invert(
     K X = (1 - R_inf)^2 w/2.
     """
     R_inf, R, R_g, X = _floats(R_inf, R, R_g, X)
-    (R_inf, R, R_g), bad, slope = _readings((R_inf, R, R_g), X, interface, specular_included)
+    (R_inf, R, R_g), sigma, bad = _readings((R_inf, R, R_g), X, noise, interface, specular_included)
     X = np.where(bad, 1, X).astype(R.dtype)
-    hiding, tolerance = _tolerance(R_inf, R, noise * slope), _tolerance(R, R_g, noise * slope)
+    hiding, tolerance = _tolerance(R_inf, R, sigma[0], sigma[1]), _tolerance(R, R_g, sigma[1], sigma[2])
 
     to_opaque, from_backing = R_inf - R, R - R_g
     side = np.sign(R_inf - R_g)
@@ -118,7 +118,7 @@ def invert(
     over = over_sensitivity(K * X, S * X, R_g)
     rows = (opaque_sensitivity(K, S), (over.k, over.s))
     readings = (R_inf, np.hypot(R, over.g * R_g))
-    sigmas = (noise * slope, noise * slope * np.hypot(1, over.g))
+    sigmas = (sigma[0], np.hypot(sigma[1], over.g * sigma[2]))
     return _inversion(K, S, status, rows, readings, sigmas)
 
 
@@ -158,19 +158,21 @@ def invert_backings(
     S from R0 and T by asinh, exact for K = 0 and for S = 0.
     """
     R_1, R_g1, R_2, R_g2, X = _floats(R_1, R_g1, R_2, R_g2, X)
-    (R_1, R_g1, R_2, R_g2), bad, slope = _readings((R_1, R_g1, R_2, R_g2), X, interface, specular_included)
+    (R_1, R_g1, R_2, R_g2), sigma, bad = _readings((R_1, R_g1, R_2, R_g2), X, noise, interface, specular_included)
     bad |= R_g1 == R_g2
     X = np.where(bad, 1, X).astype(R_1.dtype)
     swap = R_g1 > R_g2
     R_1, R_2 = np.where(swap, R_2, R_1), np.where(swap, R_1, R_2)
     g_1, g_2 = np.where(swap, R_g2, R_g1), np.where(swap, R_g1, R_g2)
-    tolerance = _tolerance(R_1, R_2, noise * slope)
+    sigma_1, sigma_2 = np.where(swap, sigma[2], sigma[0]), np.where(swap, sigma[0], sigma[2])
+    sigma_g1, sigma_g2 = np.where(swap, sigma[3], sigma[1]), np.where(swap, sigma[1], sigma[3])
+    tolerance = _tolerance(R_1, R_2, sigma_1, sigma_2)
 
-    gap, contrast = np.where(bad, 1, g_2 - g_1), R_2 - R_1
+    gap, contrast = np.where(bad, 1, g_2 - g_1), np.where(bad, 0, R_2 - R_1)
     opaque = np.abs(contrast) <= tolerance
     crossed = ~opaque & (contrast < 0)
     contrast = np.clip(contrast, 0, gap)
-    R_0 = (R_1 * g_2 - R_2 * g_1) / (gap - g_1 * g_2 * contrast)
+    R_0 = (R_1 * g_2 - R_2 * g_1) / ((gap - contrast) + contrast * ((1 - g_1) + g_1 * (1 - g_2)))
     spread = tolerance * (g_1 + g_2) / gap
     too_dark = R_0 + spread < 0
     hidden = opaque | crossed
@@ -181,8 +183,8 @@ def invert_backings(
     A_spread = spread + tolerance / gap / np.where(T > 0, T, 1)
     too_bright = ~hidden & (A + A_spread < 0)
     no_film = ~hidden
-    for reading, bare in ((R_1, g_1), (R_2, g_2)):
-        no_film = no_film & (np.abs(reading - bare) <= _tolerance(reading, bare, noise * slope))
+    for reading, bare, *both in ((R_1, g_1, sigma_1, sigma_g1), (R_2, g_2, sigma_2, sigma_g2)):
+        no_film = no_film & (np.abs(reading - bare) <= _tolerance(reading, bare, *both))
     k, s = free_film(R_0, T, np.maximum(A, 0))
     k, s = np.where(bad | no_film, 0, k), np.where(bad | no_film, 0, s)
     status = np.select(
@@ -193,7 +195,7 @@ def invert_backings(
     first, second = over_sensitivity(k, s, g_1), over_sensitivity(k, s, g_2)
     rows = ((first.k, first.s), (second.k, second.s))
     readings = (np.hypot(R_1, first.g * g_1), np.hypot(R_2, second.g * g_2))
-    sigmas = (noise * slope * np.hypot(1, first.g), noise * slope * np.hypot(1, second.g))
+    sigmas = (np.hypot(sigma_1, first.g * sigma_g1), np.hypot(sigma_2, second.g * sigma_g2))
     return _inversion(k / X, s / X, status, rows, readings, sigmas)
 
 
@@ -213,30 +215,27 @@ def free_film(R: ArrayLike, T: ArrayLike, A: ArrayLike | None = None) -> tuple[A
 
 
 def _readings(
-    values: tuple[Array, ...], X: Array, interface: Interface | None, specular_included: bool
-) -> tuple[tuple[Array, ...], NDArray[np.bool_], Array]:
-    """Internal reflectances (0.5 where a reading is none), where that is, and d internal/d reading at the brightest."""
-    X = np.broadcast_to(X, np.broadcast_shapes(X.shape, *(v.shape for v in values)))
+    values: tuple[Array, ...], X: Array, noise: float, interface: Interface | None, specular_included: bool
+) -> tuple[tuple[Array, ...], tuple[Array, ...], NDArray[np.bool_]]:
+    """Internal reflectances (0.5 where one of a set is none), their standard deviations, and where one is none."""
     bad = ~((X > 0) & np.isfinite(X))
     for value in values:
         bad = bad | ~((value >= 0) & (value <= 1))
     values = tuple(np.where(bad, 0.5, value).astype(value.dtype) for value in values)
-    slope = np.ones((), dtype=values[0].dtype)
+    sigma = tuple(np.full_like(value, noise) for value in values)
     if interface is not None:
         inner = tuple(unsaunderson(v, interface, specular_included=specular_included) for v in values)
         for value in inner:
             bad = bad | ~((value >= 0) & (value <= 1))
         values = tuple(np.where(bad, 0.5, value).astype(value.dtype) for value in inner)
-        brightest = np.maximum.reduce(np.broadcast_arrays(*values))
-        k1, k2 = _floats(brightest, interface.k1, interface.k2)[1:]
-        slope = (1 - k2 * brightest) ** 2 / ((1 - k1) * (1 - k2))
-    return values, bad, slope
+        k1, k2 = interface
+        sigma = tuple((s * (1 - k2 * v) ** 2 / ((1 - k1) * (1 - k2))).astype(v.dtype) for v, s in zip(values, sigma))
+    return values, sigma, bad
 
 
-def _tolerance(a: Array, b: Array, sigma: Array) -> Array:
+def _tolerance(a: Array, b: Array, sigma_a: Array, sigma_b: Array) -> Array:
     """Two reflectances closer than this are equal: three sigma of their difference, or its rounding."""
-    eps = np.finfo(a.dtype).eps
-    return np.maximum(3 * np.sqrt(2) * sigma, 4 * eps * np.maximum(a, b)).astype(a.dtype)
+    return np.maximum(3 * np.hypot(sigma_a, sigma_b), 4 * np.finfo(a.dtype).eps * np.maximum(a, b))
 
 
 def _log1pc(x: Array) -> Array:
@@ -260,10 +259,10 @@ def _inversion(
     sigmas: tuple[Array, Array],
 ) -> Inversion:
     """The result, with condition and standard errors from the sensitivities of the two readings to ln K and ln S."""
-    (a, b), (c, d) = rows
+    (a, b), (c, d) = ((x.astype(np.float64), y.astype(np.float64)) for x, y in rows)
     largest = np.finfo(K.dtype).max
     determinant = a * d - b * c
-    determined = (status == Status.OK) & (determinant != 0)
+    determined = (status == Status.OK) & (np.abs(determinant) > 1e-150)
     inverse = 1 / np.where(determined, determinant, 1)
     to_K, to_S = (d * inverse, -b * inverse), (-c * inverse, a * inverse)
 

@@ -1,0 +1,173 @@
+"""K and S from many films by least squares."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from km_makeup.errors import MakeupError
+from km_makeup.optics import (
+    FilmsInversion,
+    Status,
+    air_interface,
+    film_over,
+    invert,
+    invert_films,
+    opaque_reflectance,
+    saunderson,
+    unsaunderson,
+)
+
+AIR = air_interface(1.5)
+X = np.array([0.015, 0.05, 0.15, 0.015, 0.05, 0.15, np.inf])
+READ_G = np.array([0.06, 0.06, 0.06, 0.88, 0.88, 0.88, 0.0])[:, None]
+
+
+def products(count: int, seed: int = 1) -> tuple[np.ndarray, np.ndarray]:
+    """K and S of makeup from pale to dark."""
+    rng = np.random.default_rng(seed)
+    return 10 ** rng.uniform(-1, 2, count), 10 ** rng.uniform(-0.5, 2, count)
+
+
+def readings(K, S, X=X, R_g=READ_G, interface=AIR, specular_included=True) -> np.ndarray:
+    """What an instrument reads of films of K, S on backings that it reads as R_g; inf is the opaque film."""
+    X = np.asarray(X).reshape(-1, *[1] * np.ndim(K))
+    if interface is None:
+        return film_over(K, S, X, R_g)
+    inner = np.clip(unsaunderson(R_g, interface, specular_included=specular_included), 0, 1)
+    return saunderson(film_over(K, S, X, inner), interface, specular_included=specular_included)
+
+
+@pytest.mark.parametrize("specular_included", [True, False])
+def test_exact_readings_give_every_product_back(specular_included: bool) -> None:
+    K, S = products(400)
+    R = readings(K, S, specular_included=specular_included)
+    fit = invert_films(R, READ_G, X, interface=AIR, specular_included=specular_included, noise=1e-9)
+    assert isinstance(fit, FilmsInversion)
+    assert np.count_nonzero(fit.status != Status.OK) == 0
+    assert np.all(np.abs(fit.K / K - 1) < 5e-14 * fit.K_condition)
+    assert np.all(np.abs(fit.S / S - 1) < 5e-14 * fit.S_condition)
+    assert fit.residual.max() < 1e-13
+
+
+def test_without_an_interface_it_agrees_with_the_closed_form() -> None:
+    K, S = np.array([2.0, 8.0, 0.3]), np.array([20.0, 8.0, 40.0])
+    R = readings(K, S, [0.05, np.inf], np.array([[0.1], [0.1]]), None)
+    closed = invert(opaque_reflectance(K, S), R[0], 0.1, 0.05, noise=0.001)
+    fit = invert_films(R, np.array([[0.1], [0.1]]), [0.05, np.inf], noise=0.001)
+    np.testing.assert_allclose(fit.K, K, rtol=1e-9)
+    np.testing.assert_allclose(fit.S, S, rtol=1e-9)
+    # The closed form counts the noise of the bare backing as well.
+    assert np.all(fit.K_error <= closed.K_error * (1 + 1e-9))
+    assert np.all(fit.K_error > 0.5 * closed.K_error)
+    assert np.all(fit.S_error <= closed.S_error * (1 + 1e-9))
+    assert np.all(fit.S_error > 0.5 * closed.S_error)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_standard_errors_are_true_to_the_noise(known: bool) -> None:
+    """About 68 % of the fits lie within one standard error, whether the noise is given or estimated."""
+    K, S = products(3000, 4)
+    noise = 0.003
+    R = readings(K, S) + np.random.default_rng(9).normal(0, noise, (X.size, K.size))
+    fit = invert_films(R, READ_G, X, interface=AIR, noise=noise if known else None)
+    ok = fit.status == Status.OK
+    assert ok.mean() > 0.99
+    for value, truth, error in ((fit.K, K, fit.K_error), (fit.S, S, fit.S_error)):
+        within = np.mean(np.abs(value - truth)[ok] < error[ok])
+        assert (0.64 if known else 0.58) < within < 0.73
+    assert np.median(np.abs(fit.K / K - 1)) < 0.02
+    assert np.median(np.abs(fit.S / S - 1)) < 0.03
+    assert 0.8 < np.median(fit.residual) / (noise * np.sqrt(5 / 7)) < 1.1
+
+
+def test_a_set_of_films_never_fails_where_one_film_does() -> None:
+    """OPTICS.md: at noise .003 one film on black is unusable at a large share of wavelengths, the set at none."""
+    K, S = products(2000, 6)
+    rng = np.random.default_rng(2)
+    R = readings(K, S) + rng.normal(0, 0.003, (X.size, K.size))
+    one = invert(R[6], R[2], READ_G[2], X[2], interface=AIR)
+    unusable = (one.status != Status.OK) | (np.abs(one.S / S - 1) > 0.5) | (np.abs(one.K / K - 1) > 0.5)
+    fit = invert_films(R, READ_G, X, interface=AIR, noise=0.003)
+    off = (fit.status != Status.OK) | (np.abs(fit.S / S - 1) > 0.5) | (np.abs(fit.K / K - 1) > 0.5)
+    assert unusable.mean() > 0.2
+    assert off.mean() < 0.02
+
+
+def test_shapes_are_films_first_then_anything() -> None:
+    K, S = (v.reshape(2, 3, 5) for v in products(30))
+    R = readings(K, S, X, READ_G[..., None, None])
+    fit = invert_films(R, READ_G[..., None, None], X, interface=AIR, noise=1e-6)
+    flat = invert_films(R.reshape(7, 30), READ_G, X, interface=AIR, noise=1e-6)
+    for name in ("K", "S", "status", "K_condition", "S_condition", "K_error", "S_error", "residual"):
+        assert getattr(fit, name).shape == (2, 3, 5)
+        np.testing.assert_array_equal(getattr(fit, name).ravel(), getattr(flat, name))
+    np.testing.assert_allclose(fit.K, K, rtol=1e-9)
+    thin = np.broadcast_to(X[:, None], (7, 30))
+    np.testing.assert_array_equal(invert_films(R.reshape(7, 30), READ_G, thin, interface=AIR, noise=1e-6).K, flat.K)
+
+
+def test_status_tells_what_cannot_be_known() -> None:
+    R_g, thick = np.array([[0.05], [0.9]]), np.array([2.0, 2.0])
+    opaque = invert_films(readings(np.array([40.0]), np.array([30.0]), thick, R_g, None), R_g, thick, noise=0.001)
+    assert opaque.status[0] == Status.OPAQUE
+    assert opaque.K[0] / opaque.S[0] == pytest.approx(4 / 3, rel=1e-3)
+    bare = invert_films(R_g + np.array([[0.001], [-0.001]]), R_g, thick, noise=0.001)
+    assert (bare.status[0], bare.K[0], bare.S[0]) == (Status.NO_FILM, 0, 0)
+    under_air = invert_films(np.array([[0.1], [0.8]]), np.array([[0.1], [0.8]]), thick, noise=0.001, interface=AIR)
+    assert under_air.status[0] == Status.NO_FILM
+    bright = invert_films(np.array([[0.3], [0.99]]), R_g * 0.5, thick, noise=0.001)
+    assert bright.status[0] == Status.INCONSISTENT
+    assert bright.residual[0] > 0.05
+    odd = invert_films(np.array([[0.3, 0.3, np.nan], [0.5, 1.2, 0.5]]), R_g, thick, noise=0.001)
+    np.testing.assert_array_equal(odd.status[1:], [Status.OUT_OF_RANGE] * 2)
+    np.testing.assert_array_equal(odd.K[1:], 0)
+    assert odd.status[0] == Status.OK
+    wrong_thickness = invert_films(np.array([[0.3], [0.5]]), R_g, np.array([0.0, 1.0]), noise=0.001)
+    assert wrong_thickness.status[0] == Status.OUT_OF_RANGE
+
+
+def test_a_residual_too_large_without_given_noise_is_inconsistent() -> None:
+    R_g = np.array([[0.0], [0.9], [0.0], [0.9]])
+    fit = invert_films(np.array([[0.8], [0.1], [0.2], [0.9]]), R_g, [0.1, 0.1, 0.2, 0.2])
+    assert fit.status[0] == Status.INCONSISTENT
+
+
+def test_readings_a_little_beyond_zero_or_one_by_noise_are_taken() -> None:
+    R_g, X_2 = np.array([[0.0], [0.9], [0.0]]), np.array([0.02, 0.02, np.inf])
+    R = np.array([[-0.002], [0.6], [-0.001]])
+    fit = invert_films(R, R_g, X_2, noise=0.001)
+    assert fit.status[0] == Status.OK
+    assert fit.K[0] == pytest.approx(np.log(0.9 / 0.6) / 2 / 0.02, rel=0.02)
+    assert invert_films(R, R_g, X_2, noise=0.0005).status[0] == Status.OUT_OF_RANGE
+
+
+def test_smoothness_lends_determined_wavelengths_to_the_others() -> None:
+    """One thin film on black and one opaque: what the paper measures; the prior makes it usable."""
+    wave = np.linspace(0, 1, 81)
+    K = np.exp(1 + 2 * np.sin(6 * wave)) * np.array([[0.1], [1.0], [3.0]])
+    S = np.exp(3 - wave) * np.ones((3, 1))
+    thin, R_g = np.array([0.15, np.inf]), np.full((2, 1, 1), 0.05)
+    R = readings(K, S, thin, R_g, None) + np.random.default_rng(5).normal(0, 0.003, (2, 3, 81))
+    alone = invert_films(R, R_g, thin, noise=0.003)
+    smooth = invert_films(R, R_g, thin, noise=0.003, smoothness=0.03)
+    error_alone, error_smooth = (np.median(np.abs(np.log(f.S / S)), axis=1) for f in (alone, smooth))
+    assert np.all(error_smooth[:2] < error_alone[:2])
+    assert error_smooth[1] < 0.5 * error_alone[1]
+    assert np.all(smooth.status == Status.OK)
+    relative_alone, relative_smooth = (np.median(f.S_error / f.S, axis=1) for f in (alone, smooth))
+    assert np.all(relative_smooth < relative_alone)
+    inside = np.abs(smooth.S - S)[:2] < 3 * smooth.S_error[:2]
+    assert inside.mean() > 0.9
+    stiff = invert_films(R, R_g, thin, noise=0.003, smoothness=1e-5)
+    np.testing.assert_allclose(np.diff(np.log(stiff.S), n=2, axis=-1), 0, atol=5e-4)
+    loose = invert_films(R[:, :1], R_g, thin, noise=0.003, smoothness=1e3)
+    np.testing.assert_allclose(loose.K, alone.K[:1], rtol=1e-4)
+    unknown = invert_films(np.concatenate([R, R]), np.concatenate([R_g, R_g]), [0.15, np.inf] * 2, smoothness=0.03)
+    assert np.median(np.abs(np.log(unknown.S / S)), axis=1)[1] < 0.1
+
+
+@pytest.mark.parametrize("R", [0.5, [0.5], [[0.5, 0.4]]])
+def test_fewer_than_two_films_are_refused(R: object) -> None:
+    with pytest.raises(MakeupError, match="at least two films"):
+        invert_films(R, 0.1, 1.0)
