@@ -1,0 +1,184 @@
+"""Diffusion profiles: published values, energy, fits and the widening by a film."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from km_makeup.errors import MakeupError
+from km_makeup.optics import (
+    SKIN,
+    GaussianProfile,
+    burley,
+    burley_distance,
+    burley_within,
+    fit_gaussians,
+    reduced,
+    widened,
+)
+
+R = np.geomspace(1e-3, 60, 4000)
+RGB = np.array([1.0, 0.4, 0.2])
+
+
+def energy(profile, r=R) -> np.ndarray:
+    """2 pi r dr of a radial profile."""
+    values = profile(r)
+    values = values if values.ndim == 2 else values[:, None]
+    return (
+        np.trapezoid(2 * np.pi * r[:, None] * values, r, axis=0)
+        if hasattr(np, "trapezoid")
+        else np.trapz(2 * np.pi * r[:, None] * values, r, axis=0)
+    )
+
+
+def test_skin_is_the_published_table() -> None:
+    """d'Eon and Luebke 2007: six Gaussians, each channel's weights add up to 1, red spreads widest."""
+    assert SKIN.weights.shape == (6, 3)
+    np.testing.assert_allclose(SKIN.weights.sum(axis=0), 1, atol=1e-12)
+    np.testing.assert_array_equal(SKIN.variances, [0.0064, 0.0484, 0.187, 0.567, 1.99, 7.41])
+    np.testing.assert_array_equal(SKIN.weights[0], [0.233, 0.455, 0.649])
+    np.testing.assert_array_equal(SKIN.weights[4], [0.358, 0.004, 0.0])
+    red, green, blue = SKIN.mean_variance
+    assert red > 10 * green > 10 * blue > 0
+    assert red == pytest.approx(
+        0.233 * 0.0064 + 0.1 * 0.0484 + 0.118 * 0.187 + 0.113 * 0.567 + 0.358 * 1.99 + 0.078 * 7.41
+    )
+
+
+@pytest.mark.parametrize("profile", [SKIN, fit_gaussians(0.7)])
+def test_profile_share_within_and_spectrum_belong_together(profile: GaussianProfile) -> None:
+    np.testing.assert_allclose(energy(profile), 1, atol=2e-3)
+    step = R[1:] - R[:-1]
+    middle = np.sqrt(R[1:] * R[:-1])
+    rings = np.cumsum((2 * np.pi * middle * step)[:, None] * profile(middle), axis=0)
+    np.testing.assert_allclose(rings[::400], (profile.within(R[1:]) - profile.within(R[0]))[::400], atol=2e-3)
+    np.testing.assert_allclose(profile.spectrum(0.0), 1, atol=1e-12)
+    f = 1e-3
+    np.testing.assert_allclose((1 - profile.spectrum(f)) / (f * f / 2), profile.mean_variance, rtol=1e-5)
+
+
+def test_one_gaussian_has_its_textbook_values() -> None:
+    one = GaussianProfile([4.0], [[1.0]])
+    assert one(2.0)[0] == pytest.approx(np.exp(-0.5) / (8 * np.pi), rel=1e-14)
+    assert one.within(2.0)[0] == pytest.approx(1 - np.exp(-0.5), rel=1e-14)
+    assert one.spectrum(0.5)[0] == pytest.approx(np.exp(-0.5), rel=1e-14)
+    assert one.mean_variance[0] == 4
+
+
+@pytest.mark.parametrize("d", [0.1, 1.0, 3.0])
+def test_burley_keeps_all_light_and_its_share_within_is_its_integral(d: float) -> None:
+    r = np.geomspace(1e-6, 200, 20_000)
+    assert energy(lambda x: burley(x, d), r)[0] == pytest.approx(1, abs=1e-4)
+    assert burley(1.0, 1.0) == pytest.approx((np.exp(-1) + np.exp(-1 / 3)) / (8 * np.pi), rel=1e-15)
+    assert burley_within(2 * d, d) == pytest.approx(1 - np.exp(-2) / 4 - 3 * np.exp(-2 / 3) / 4, rel=1e-14)
+    inside = np.geomspace(1e-6, d, 20_000)
+    assert energy(lambda x: burley(x, d), inside)[0] == pytest.approx(burley_within(d, d), abs=1e-4)
+    assert burley_within(1e-12, 1.0) == pytest.approx(5e-13, rel=1e-9)
+
+
+def test_burley_distance_is_the_published_fit() -> None:
+    """Christensen and Burley 2015: s = 1.85 - A + 7 |A - 0.8|^3."""
+    assert burley_distance(0.8, 1.05) == pytest.approx(1.0, rel=1e-14)
+    assert burley_distance(0.3, 1.0) == pytest.approx(1 / (1.55 + 7 * 0.125), rel=1e-14)
+    assert burley_distance(1.0, 2.0) == pytest.approx(2 / (0.85 + 7 * 0.008), rel=1e-13)
+
+
+@pytest.mark.parametrize(("count", "alone", "together"), [(4, 0.017, 0.04), (6, 0.007, 0.016), (8, 0.003, 0.006)])
+def test_fits_follow_burley_as_closely_as_is_written(count: int, alone: float, together: float) -> None:
+    one = fit_gaussians(0.3, count)
+    assert np.abs(one.within(R)[:, 0] - burley_within(R, 0.3)).max() < alone
+    three = fit_gaussians(RGB, count)
+    assert three.weights.shape == (count, 3)
+    assert np.all(three.weights >= 0)
+    np.testing.assert_allclose(three.weights.sum(axis=0), 1, atol=1e-12)
+    assert np.abs(three.within(R) - burley_within(R[:, None], RGB)).max() < together
+
+
+def test_a_fit_scales_with_the_distance() -> None:
+    small, large = fit_gaussians(0.5, 5), fit_gaussians(2.0, 5)
+    np.testing.assert_allclose(large.variances, 16 * small.variances, rtol=1e-9)
+    np.testing.assert_allclose(large.weights, small.weights, atol=1e-9)
+
+
+def test_one_gaussian_is_enough_to_ask_for() -> None:
+    one = fit_gaussians(1.0, 1)
+    assert one.variances.size == 1
+    np.testing.assert_allclose(one.weights, 1)
+    half = one.within(np.sqrt(one.variances[0] * 2 * np.log(2)))[0]
+    assert half == pytest.approx(0.5, rel=1e-12)
+    assert 0.1 < one.variances[0] < 3
+
+
+@pytest.mark.parametrize("terms", [1, 2, 3, 4])
+def test_widening_is_the_series_of_passes_through_the_skin(terms: int) -> None:
+    """The exact transform is (1 - q) P/(1 - q P); what is left out is at most q^terms."""
+    q = np.array([0.5, 0.3, 0.1])
+    f = np.linspace(0, 30, 60)
+    P = SKIN.spectrum(f)
+    exact = (1 - q) * P / (1 - q * P)
+    series = sum((1 - q) * q**j * P ** (j + 1) for j in range(terms - 1)) + q ** (terms - 1) * P**terms
+    wide = widened(SKIN, q, terms)
+    np.testing.assert_allclose(wide.spectrum(f), series, atol=1e-12)
+    assert np.all(np.abs(wide.spectrum(f) - exact).max(axis=0) < q**terms)
+    np.testing.assert_allclose(wide.weights.sum(axis=0), 1, atol=1e-12)
+    assert np.all(wide.mean_variance >= SKIN.mean_variance * (1 - 1e-12))
+
+
+def test_many_passes_widen_by_one_over_one_minus_q() -> None:
+    """The variance of a geometric number of passes is that of one over 1 - q."""
+    one = GaussianProfile([1.0, 3.0], [[0.5], [0.5]])
+    assert widened(one, 0.4, 30).mean_variance[0] == pytest.approx(2 / 0.6, rel=1e-9)
+    assert widened(SKIN, 0.3).variances.size == 6 + 21 + 56
+
+
+def test_a_film_that_sends_nothing_back_leaves_the_profile_as_it_is() -> None:
+    same = widened(SKIN, 0.0)
+    np.testing.assert_allclose(same(R), SKIN(R), rtol=1e-13)
+
+
+def test_a_reduced_profile_is_near_with_fewer_gaussians() -> None:
+    wide = widened(SKIN, [0.4, 0.25, 0.15])
+    few = reduced(wide, 6)
+    assert few.variances.size == 6
+    assert np.abs(few.within(R) - wide.within(R)).max() < 0.02
+    assert np.abs(reduced(wide, 10).within(R) - wide.within(R)).max() < 0.006
+    assert reduced(SKIN, 6) is SKIN
+    assert reduced(SKIN, 7) is SKIN
+    assert np.abs(reduced(SKIN, 4).within(R) - SKIN.within(R)).max() < 0.06
+    still = GaussianProfile([0.0, 0.0], [[0.5], [0.5]])
+    assert reduced(still, 1) is still
+
+
+@pytest.mark.parametrize(
+    ("variances", "weights", "message"),
+    [
+        ([1.0, 2.0], [[1.0]], "weights of shape"),
+        ([1.0], [1.0], "weights of shape"),
+        ([-1.0], [[1.0]], "0 mm"),
+        ([1.0, 2.0], [[0.5], [0.6]], "add up to 1"),
+    ],
+)
+def test_what_is_no_profile_is_refused(variances: list, weights: list, message: str) -> None:
+    with pytest.raises(MakeupError, match=message):
+        GaussianProfile(variances, weights)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: fit_gaussians(0.0),
+        lambda: fit_gaussians([1.0, np.nan]),
+        lambda: fit_gaussians(np.inf),
+        lambda: fit_gaussians([[1.0]]),
+        lambda: fit_gaussians(1.0, 0),
+        lambda: reduced(SKIN, 0),
+        lambda: widened(SKIN, 1.0),
+        lambda: widened(SKIN, -0.1),
+        lambda: widened(SKIN, [0.1, np.nan, 0.1]),
+        lambda: widened(SKIN, 0.1, 0),
+    ],
+)
+def test_what_cannot_be_fitted_or_widened_is_refused(call) -> None:
+    with pytest.raises(MakeupError):
+        call()
