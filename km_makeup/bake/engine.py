@@ -195,6 +195,8 @@ def _outside(rgb: NDArray, reference: NDArray | None) -> NDArray[np.bool_]:
 
 
 def _finished(request: Request, values: NDArray, skin: NDArray) -> NDArray:
-    spectra = _at_bands(upsample_skin(skin, light=request.light, space=request.bands.space), request.bands)
+    # In float64 the order in which a matrix product adds, which depends on how many texels it is given, does not show.
+    exact = skin.astype(np.float64)
+    spectra = _at_bands(upsample_skin(exact, light=request.light, space=request.bands.space), request.bands)
     optics = _optics(request, values)
     return optics.over(spectra.astype(optics.R.dtype)) @ request.bands.weights_as(optics.R.dtype)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +35,7 @@ def read_image(path: Path) -> tuple[NDArray, list[str]]:
     path = Path(path)
     if not path.is_file():
         raise MakeupError(f"The image {path} does not exist; check the path.")
-    source = oiio.ImageInput.open(str(path))
+    source = oiio.ImageInput.open(str(path), _as_stored(oiio))
     if source is None:
         raise MakeupError(f"The image {path} cannot be read ({oiio.geterror().strip()}); save it again as PNG or EXR.")
     try:
@@ -49,6 +50,13 @@ def read_image(path: Path) -> tuple[NDArray, list[str]]:
     finally:
         source.close()
     return np.atleast_3d(np.asarray(pixels)), names
+
+
+def _as_stored(oiio: ModuleType, *spec: object) -> Any:
+    """A specification that keeps colours apart from alpha: the channels of a map are layers, none is a transparency."""
+    wanted = oiio.ImageSpec(*spec)
+    wanted.attribute("oiio:UnassociatedAlpha", 1)
+    return wanted
 
 
 def read_map(path: Path, channel: str = "R") -> NDArray:
@@ -91,7 +99,7 @@ def write_png(path: Path, pixels: NDArray) -> None:
     """An 8-bit PNG of the bytes (height, width[, channels]), bottom row first, whole or not at all."""
     oiio = _oiio()
     rows = np.atleast_3d(pixels)[::-1]
-    spec = oiio.ImageSpec(rows.shape[1], rows.shape[0], rows.shape[2], "uint8")
+    spec = _as_stored(oiio, rows.shape[1], rows.shape[0], rows.shape[2], "uint8")
     with replacing(Path(path)) as temporary:
         target = oiio.ImageOutput.create(str(temporary))
         if (

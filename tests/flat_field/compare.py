@@ -128,7 +128,7 @@ def listed(prediction: dict[str, Any], rendered: dict[str, Any], count: int) -> 
 
 def stamp() -> dict[str, str]:
     """When and from which commit the figures are."""
-    git = lambda *a: subprocess.run(
+    git = lambda *a: subprocess.run(  # noqa: E731
         ["git", *a], cwd=CHECKOUT, capture_output=True, text=True, check=True
     ).stdout.strip()
     changed = git("status", "--porcelain", "--untracked-files=no", "--", "km_makeup")
