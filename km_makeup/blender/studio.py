@@ -26,6 +26,16 @@ LARGEST_DIMENSION = {
 SKIN_RADIUS_MM = (3.67, 1.37, 0.68)
 """Mean free paths of skin in red, green and blue. Source: d'Eon and Luebke 2007, three-layer skin, as Jimenez et al. use them."""
 
+EYE_RAMP = (
+    (0.0, (0.62, 0.58, 0.55)),
+    (0.855, (0.62, 0.58, 0.55)),
+    (0.875, (0.05, 0.035, 0.02)),
+    (0.92, (0.14, 0.085, 0.045)),
+    (0.972, (0.09, 0.055, 0.03)),
+    (0.978, (0.004, 0.004, 0.004)),
+)
+"""Cosine of the angle to the gaze: white, limbal ring, brown iris, pupil (12 and 4 mm across on a ball of 24 mm)."""
+
 NOT_SKIN = ("eye", "cornea", "iris", "sclera", "teeth", "tongue", "lash", "brow", "hair", "gum", "cloth")
 VIEWS = ("front", "three-quarter", "close-up")
 FORMATS = {".blend", ".obj", ".glb", ".gltf"}
@@ -159,14 +169,25 @@ def skin_material(texture: Path | None) -> bpy.types.Material:
 
 
 def eye_material() -> bpy.types.Material:
-    """A plain glossy white for eyes that came without a material of their own."""
+    """A plain eye for eyeballs that came without a material: white, iris and pupil by the angle to the gaze (-Y)."""
     found = bpy.data.materials.get("Plain Eye")
     if found:
         return found
     material = bpy.data.materials.new("Plain Eye")
     principled = next(n for n in material.node_tree.nodes if n.bl_idname == "ShaderNodeBsdfPrincipled")
-    principled.inputs["Base Color"].default_value = (0.7, 0.68, 0.65, 1)
-    principled.inputs["Roughness"].default_value = 0.1
+    principled.inputs["Roughness"].default_value = 0.08
+    nodes, link = material.node_tree.nodes, material.node_tree.links.new
+    normal, gaze = nodes.new("ShaderNodeNewGeometry"), nodes.new("ShaderNodeVectorMath")
+    gaze.operation, gaze.inputs[1].default_value = "DOT_PRODUCT", (0.0, -1.0, 0.0)
+    link(normal.outputs["Normal"], gaze.inputs[0])
+    ramp = nodes.new("ShaderNodeValToRGB")
+    ramp.color_ramp.interpolation = "LINEAR"
+    for stop in EYE_RAMP[2:]:
+        ramp.color_ramp.elements.new(stop[0])
+    for element, (position, colour) in zip(ramp.color_ramp.elements, EYE_RAMP):
+        element.position, element.color = position, (*colour, 1)
+    link(gaze.outputs["Value"], ramp.inputs[0])
+    link(ramp.outputs["Color"], principled.inputs["Base Color"])
     return material
 
 
@@ -217,8 +238,8 @@ def add_studio(obj: bpy.types.Object) -> None:
     tip = nose_tip(obj)
     for name, place, size, power in (
         ("Key", (-0.55, -0.9, 0.55), 0.5, 14.0),
-        ("Fill", (0.8, -0.8, 0.05), 0.9, 5.0),
-        ("Rim", (0.5, 0.8, 0.5), 0.4, 9.0),
+        ("Fill", (0.9, -0.8, 0.1), 0.9, 4.0),
+        ("Rim", (0.6, 0.9, 0.35), 0.4, 4.0),
     ):
         data = bpy.data.lights.new(name, "AREA")
         data.size, data.energy = size, power
