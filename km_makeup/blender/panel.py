@@ -96,7 +96,7 @@ class KM_PT_layer(_Panel, bpy.types.Panel):
         layout = self.layout
         layout.use_property_split = True
         layout.prop(layer, "product")
-        layout.prop(layer, "thickness_um", text="Thickness (µm)")
+        layout.prop(layer, "thickness_um", text="Film (µm)")
         layout.prop(layer, "strength")
         layout.template_ID(layer, "map", new="image.new", open="image.open")
         layout.operator(KM_OT_load_map.bl_idname, icon="IMAGE_DATA")
