@@ -170,10 +170,14 @@ def text(paints: list[Paint]) -> str:
         negative = np.count_nonzero(ks.K < 0) + np.count_nonzero(ks.S < 0)
         lines.append(f"| {name} | " + " | ".join(str(c) for c in counts) + f" | {wrong} | {negative} |")
     errors = mixing_errors(paints)
-    mixtures = held_out(paints)
+    mixtures = usable(paints)
+    dropped = [p.name for p, _ in held_out(paints) if p.name not in {q.name for q, _ in mixtures}]
     lines += [
         "",
-        f"{len(mixtures)} mixtures whose pigments are all there as pure paints, predicted from those (CIEDE2000, D65):",
+        f"{len(mixtures)} mixtures whose pigments are all there as pure paints, predicted from those (CIEDE2000, D65).",
+    ]
+    lines += [
+        f"Left out of all rows, for a pure paint that reads darker than a linseed surface: {', '.join(dropped)}.",
         "",
     ]
     lines += [
