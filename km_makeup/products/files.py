@@ -65,12 +65,9 @@ def product_text(product: Product) -> str:
         "provenance": provenance_data(product.provenance),
         **product.extra,
         "spectrum": _SPECTRUM,
-        "K": product.K,
-        "S": product.S,
-        "K_error": product.K_error,
-        "S_error": product.S_error,
     }
-    return json_text({key: value for key, value in data.items() if value is not None})
+    spectra = {name: getattr(product, name) for name in _SPECTRA}
+    return json_text(data | {name: values for name, values in spectra.items() if values is not None})
 
 
 def json_text(data: Mapping[str, Any]) -> str:

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import MakeupError
-from ...spectra import WAVELENGTHS, resample
-from .mie import KS
+from ...spectra import WAVELENGTHS
+from .mie import KS, between
 
 FILE = Path("rit_golden_ks") / "golden_heavybody_two_constant_KS_380_750.json"
 
@@ -32,7 +32,7 @@ def read_golden(folder: Path) -> dict[str, KS]:
 def _on_grid(paint: dict, name: str) -> NDArray[np.float64]:
     values = paint[name]
     nm = paint["start_nm"] + paint["step_nm"] * np.arange(len(values))
-    return np.asarray(resample(nm, values))
+    return between(nm, np.array(values))
 
 
 def titanium_white_K(golden: dict[str, KS], S: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...spectra import resample
+
 MEDIUM_INDEX = 1.45
 """Refractive index of oils, silicones and waxes that cosmetics are made of."""
 
@@ -60,3 +62,14 @@ def spheres(
         K[i] = 2000 * (weights @ (area * (extinction - scattering))) / total
         S[i] = 750 * (weights @ (area * scattering * (1 - asymmetry))) / total
     return KS(np.maximum(K, 0), S)
+
+
+def between(wavelengths: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A coefficient (>= 0) on WAVELENGTHS: its logarithm is joined by straight lines, its ends are held.
+
+    Absorption edges are exponential (Urbach 1953); joined straight, 10 nm steps put kinks into them. What
+    is below 1e-5 of the largest value counts as 1e-5 of it.
+    """
+    if not values.any():
+        return np.asarray(resample(wavelengths, values))
+    return np.asarray(np.exp(resample(wavelengths, np.log(np.maximum(values, 1e-5 * values.max())))))

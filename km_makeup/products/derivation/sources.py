@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import MakeupError
-from ...spectra import WAVELENGTHS, resample
+from ...spectra import WAVELENGTHS
 from ..pigment import Pigment
 from ..product import Provenance, Status
 from ..refractive_index import RefractiveIndex, read_refractive_index
 from .goethite import DIAMETER_UM as GOETHITE_UM
 from .goethite import goethite
 from .golden import absolute, read_golden, titanium_white_K
-from .mie import KS, spheres
+from .mie import KS, between, spheres
 from .revigo import FOLDER as REVIGO
 from .revigo import Paints, colorant, read_paints, zinc_white
 
@@ -135,7 +135,7 @@ _REVIGO_COLORANTS = (
 def _from_revigo(data: _Data) -> Iterator[Pigment]:
     for identifier, name, colour_index, paint, density, transparent in _REVIGO_COLORANTS:
         found = colorant(data.paints, paint, density, data.zinc, transparent)
-        K, S = (resample(data.paints.wavelengths, values) for values in (found.K, found.S))
+        K, S = (between(data.paints.wavelengths, values) for values in (found.K, found.S))
         source = _REVIGO.format(density=density)
         if transparent:
             source += " A transparent lake: its own scattering is below what the paints show and is left out."
