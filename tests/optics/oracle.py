@@ -97,3 +97,14 @@ def conditions(
     to_K = 1 + sum(abs((d * p - b * q) / det) for p, q in columns)
     to_S = 1 + sum(abs((a * q - c * p) / det) for p, q in columns)
     return to_K, to_S
+
+
+def kelemen(normal, light, view, m: float, F0: float) -> mp.mpf:
+    """Eq 5 for just these numbers: Beckmann exp(-tan^2/m^2)/(pi m^2 cos^4), Schlick, over 2 (1 + L.V) = |L + V|^2."""
+    n, light, view = ([exact(x) for x in v] for v in (normal, light, view))
+    h = [a + b for a, b in zip(light, view, strict=True)]
+    hh, nh, nn = sum(x * x for x in h), sum(x * y for x, y in zip(n, h, strict=True)), sum(x * x for x in n)
+    cos2 = nh**2 / (hh * nn)
+    m, F0 = exact(m), exact(F0)
+    beckmann = mp.exp(-(1 - cos2) / cos2 / m**2) / (mp.pi * m**2 * cos2**2)
+    return beckmann * (F0 + (1 - F0) * (1 - mp.sqrt(hh) / 2) ** 5) / hh
