@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -137,7 +137,7 @@ def _spectrum(target: ArrayLike) -> Array:
     return values
 
 
-def _least_squares(misfit, start: Array) -> Array:
+def _least_squares(misfit: Callable[[Array], Array], start: Array) -> Array:
     """Levenberg-Marquardt with a Jacobian by differences (Marquardt 1963); roots keep the fractions >= 0."""
     at, damping = start.copy(), 1e-2
     r = misfit(at)

@@ -62,7 +62,8 @@ def read_refractive_index(path: str | os.PathLike[str]) -> RefractiveIndex:
     except UnicodeDecodeError:
         raise MakeupError(f"{file} is not UTF-8 text; give a YAML file of refractiveindex.info.") from None
     table_n = table_k = None
-    formula, coefficients = 0, ()
+    formula: int = 0
+    coefficients: tuple[float, ...] = ()
     for kind, body in _data_blocks(lines):
         if kind.startswith("formula"):
             formula, coefficients = _integer(kind, file), tuple(_row(body.get("coefficients", ""), file))
@@ -79,7 +80,7 @@ def read_refractive_index(path: str | os.PathLike[str]) -> RefractiveIndex:
             f"{file} holds no refractive index; give a YAML file of refractiveindex.info with a DATA section."
         )
     if table_n is None:
-        dispersion(formula, coefficients, np.array([0.55]))
+        _try_formula(formula, coefficients, file)
     return RefractiveIndex(_reference(lines), table_n, table_k, formula, coefficients)
 
 
@@ -100,6 +101,19 @@ def dispersion(formula: int, coefficients: tuple[float, ...], micrometres: NDArr
     else:
         raise MakeupError(f"Dispersion formula {formula} is not known here; use a tabulated file.")
     return np.sqrt(squared)
+
+
+def _try_formula(formula: int, coefficients: tuple[float, ...], file: Path) -> None:
+    try:
+        n = dispersion(formula, coefficients, np.array([0.55]))
+    except (ValueError, IndexError) as error:
+        if isinstance(error, MakeupError):
+            raise MakeupError(f"{file}: {error}") from None
+        raise MakeupError(
+            f"{file}: formula {formula} has {len(coefficients)} coefficients, which do not fit it."
+        ) from None
+    if not np.isfinite(n).all():
+        raise MakeupError(f"{file}: formula {formula} gives no refractive index at 550 nm; check its coefficients.")
 
 
 def _data_blocks(lines: list[str]) -> list[tuple[str, dict[str, str]]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -67,5 +68,5 @@ def check_space(space: str) -> str:
     return space
 
 
-def _colourspace(space: str):
+def _colourspace(space: str) -> Any:
     return colour_science().RGB_COLOURSPACES[_COLOUR_NAMES[check_space(space)]]
