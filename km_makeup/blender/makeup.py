@@ -112,13 +112,14 @@ def _delete(material: bpy.types.Material | None) -> None:
         return
     trees = _groups_in(material.node_tree)
     bpy.data.materials.remove(material)
-    for tree in trees:
-        if not tree.users:
+    while unused := [tree for tree in trees if not tree.users]:
+        trees = [tree for tree in trees if tree.users]
+        for tree in unused:
             bpy.data.node_groups.remove(tree)
 
 
 def _groups_in(tree: bpy.types.NodeTree) -> list[bpy.types.NodeTree]:
-    """Our groups and copies inside a tree, each before the ones it holds."""
+    """Our groups and copies inside a tree, at any depth."""
     found: list[bpy.types.NodeTree] = []
     for node in tree.nodes:
         inner = getattr(node, "node_tree", None)
