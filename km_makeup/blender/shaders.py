@@ -42,14 +42,20 @@ def outputs_of(material: bpy.types.Material) -> list[bpy.types.Node]:
     return sorted(nodes, key=lambda node: not node.is_active_output)
 
 
+def _source_socket(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
+    """The output that feeds a socket, through reroutes."""
+    while socket.is_linked:
+        source = socket.links[0].from_socket
+        if source.node.bl_idname != "NodeReroute":
+            return source
+        socket = source.node.inputs[0]
+    return None
+
+
 def _source(socket: bpy.types.NodeSocket) -> bpy.types.Node | None:
     """The node that feeds a socket, through reroutes."""
-    while socket.is_linked:
-        node = socket.links[0].from_node
-        if node.bl_idname != "NodeReroute":
-            return node
-        socket = node.inputs[0]
-    return None
+    source = _source_socket(socket)
+    return source.node if source else None
 
 
 def shader_nodes(socket: bpy.types.NodeSocket, seen: set[str] | None = None) -> Iterator[bpy.types.Node]:
@@ -244,7 +250,7 @@ def _twin(tree: bpy.types.NodeTree, output: bpy.types.Node) -> bpy.types.Node:
     twin = copy_node(output)
     for node in (*copies.values(), twin):
         for socket in node.inputs:
-            source = _source(socket) if socket.type == "SHADER" else None
-            if source is not None and source.name in copies:
-                tree.links.new(copies[source.name].outputs[socket.links[0].from_socket.name], socket)
+            source = _source_socket(socket) if socket.type == "SHADER" else None
+            if source is not None and source.node.name in copies:
+                tree.links.new(copies[source.node.name].outputs[source.name], socket)
     return twin
