@@ -160,7 +160,10 @@ def facts_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> SceneFacts:
                 switch=Switch(layer.switch.lower()) if layer.map is not None else Switch.OFF,
             )
         )
-    return SceneFacts(tuple(layers), engines_of(obj, scene), Switch(obj.km_makeup.finish.lower()))
+    makeup = obj.km_makeup
+    return SceneFacts(
+        tuple(layers), engines_of(obj, scene), Switch(makeup.finish.lower()), makeup.scattering == "SCREEN"
+    )
 
 
 def plan_of(obj: bpy.types.Object, scene: bpy.types.Scene | None = None) -> Plan:
@@ -192,19 +195,23 @@ def refresh(obj: bpy.types.Object, scene: bpy.types.Scene | None = None) -> Plan
     if not obj.km_makeup.slots:
         raise MakeupError(f"{obj.name!r} has no makeup; press Set Up first.")
     plan = plan_of(obj, scene)
-    if not plan.any_film:
+    if not plan.touches_material:
         _bare(obj)
         return plan
-    parts = _baked_parts(obj, plan) if obj.km_makeup.path == "BAKED" else _live_parts(obj, plan)
+    parts = _baked_parts(obj, plan) if plan.any_film and obj.km_makeup.path == "BAKED" else _live_parts(obj, plan)
     group = makeup_group(parts, obj.km_makeup.uv_map, f"KM Makeup {obj.name}", finish=plan.finish.on)
     engines = engines_of(obj, scene)
     for entry in obj.km_makeup.slots:
-        _dress(obj, entry, group, engines)
+        _dress(obj, entry, group, engines, plan.screen_diffusion.on)
     return plan
 
 
 def _dress(
-    obj: bpy.types.Object, entry: bpy.types.PropertyGroup, group: bpy.types.NodeTree, engines: frozenset[Engine]
+    obj: bpy.types.Object,
+    entry: bpy.types.PropertyGroup,
+    group: bpy.types.NodeTree,
+    engines: frozenset[Engine],
+    screen: bool,
 ) -> None:
     """Give one slot a copy of its skin material with the makeup group in it."""
     material = entry.original.copy()
@@ -216,7 +223,7 @@ def _dress(
         node.node_tree = group
         return node
 
-    apply_makeup(material, instance, engines)
+    apply_makeup(material, instance, engines, screen)
     old = entry.made
     slot = obj.material_slots[entry.index]
     if slot.link == "DATA" and obj.data.users > 1:
@@ -227,6 +234,8 @@ def _dress(
 
 
 def _live_parts(obj: bpy.types.Object, plan: Plan) -> list[FilmNodes]:
+    if not plan.any_film:
+        return []
     products, coats = stack_of(obj, plan)
     light, space = light_of(obj), bpy.data.colorspace.working_space
     skins = upsample_skin(skin_under(obj).colours, light=light, space=space)

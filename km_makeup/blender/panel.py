@@ -6,6 +6,7 @@ import bpy
 
 from .operators import (
     KM_OT_bake,
+    KM_OT_diffuse,
     KM_OT_layer_add,
     KM_OT_layer_move,
     KM_OT_layer_remove,
@@ -15,6 +16,7 @@ from .operators import (
     KM_OT_remove,
     KM_OT_save_look,
     KM_OT_set_up,
+    KM_OT_undiffuse,
 )
 
 
@@ -134,6 +136,10 @@ class KM_PT_bake(_Panel, bpy.types.Panel):
         if makeup.light == "OWN":
             layout.prop(makeup, "light_file")
         layout.prop(makeup, "both_engines")
+        layout.prop(makeup, "scattering")
+        row = layout.row(align=True)
+        row.operator(KM_OT_diffuse.bl_idname, icon="NODE_COMPOSITING")
+        row.operator(KM_OT_undiffuse.bl_idname, text="", icon="X")
         layout.prop(makeup, "folder")
         layout.prop(makeup, "resolution")
         layout.prop(makeup, "full_float")

@@ -25,6 +25,10 @@ LIGHTS = [
     ("A", "Tungsten A", "CIE illuminant A, incandescent light"),
     ("OWN", "Own Spectrum", "A CSV file with wavelength in nm and power per row"),
 ]
+SCATTERING = [
+    ("CLOSURES", "Subsurface", "The renderer's own subsurface scattering"),
+    ("SCREEN", "Screen Space", "EEVEE: the compositor diffuses it, as wide as in skin (press Diffuse in Compositor)"),
+]
 CHANNELS = [(c, c, f"The {c} channel of the map") for c in "RGBA"]
 SWITCHES = [
     ("AUTO", "Auto", "The plan decides whether this film exists"),
@@ -97,6 +101,10 @@ class KM_PG_object(bpy.types.PropertyGroup):
     both_engines: BoolProperty(
         name="EEVEE and Cycles", default=True, update=setting_changed,
         description="Build an output for both engines; off: for the scene's engine alone",
+    )  # fmt: skip
+    scattering: EnumProperty(
+        name="Skin Light", description="How light that enters the skin spreads, in EEVEE",
+        items=SCATTERING, update=setting_changed,
     )  # fmt: skip
     finish: EnumProperty(
         name="Highlight",

@@ -16,6 +16,7 @@ Diffuse and Subsurface Scattering closures get the colour (and radius) only: the
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from enum import Enum
 
 import bpy
 
@@ -27,6 +28,8 @@ PRINCIPLED = "ShaderNodeBsdfPrincipled"
 DIFFUSE = "ShaderNodeBsdfDiffuse"
 SUBSURFACE = "ShaderNodeSubsurfaceScattering"
 COLOUR_INPUT = {PRINCIPLED: "Base Color", DIFFUSE: "Color", SUBSURFACE: "Color"}
+
+SHARE_AOV, MASK_AOV = "KM Share", "KM Mask"
 
 MakeupNode = Callable[[bpy.types.NodeTree], bpy.types.Node]
 """Puts an instance of the object's makeup group into a tree."""
@@ -104,32 +107,46 @@ def _group_ends(tree: bpy.types.NodeTree) -> list[bpy.types.NodeSocket]:
     ]
 
 
-def apply_makeup(material: bpy.types.Material, makeup: MakeupNode, engines: frozenset[Engine]) -> None:
-    """Rewire a material (a copy that is ours) so that makeup lies over its skin, for the engines asked for."""
+class Closures(Enum):
+    """How the light of films and skin reaches the picture."""
+
+    ONE = "one subsurface closure for both, its radius scaled by the skin's share (EEVEE)"
+    TWO = "the skin's part scatters, the films' part does not (Cycles)"
+    SCREEN = "no subsurface scattering; the compositor diffuses the skin's share (EEVEE)"
+
+
+def apply_makeup(
+    material: bpy.types.Material, makeup: MakeupNode, engines: frozenset[Engine], screen: bool = False
+) -> None:
+    """Rewire a material (a copy that is ours) so that makeup lies over its skin, for the engines asked for.
+
+    With ``screen``, EEVEE gets no subsurface closure but AOVs for `compositor.diffusion`.
+    """
     output = outputs_of(material)[0]
     for other in outputs_of(material)[1:]:
         material.node_tree.nodes.remove(other)
+    eevee = Closures.SCREEN if screen else Closures.ONE
     if engines == frozenset(Engine):
         twin = _twin(material.node_tree, output)
         output.target, twin.target = "EEVEE", "CYCLES"
-        _apply(output.inputs["Surface"], makeup, Engine.EEVEE)
-        _apply(twin.inputs["Surface"], makeup, Engine.CYCLES)
+        _apply(output.inputs["Surface"], makeup, eevee)
+        _apply(twin.inputs["Surface"], makeup, Closures.TWO)
     else:
         output.target = "ALL"
-        _apply(output.inputs["Surface"], makeup, next(iter(engines)))
+        _apply(output.inputs["Surface"], makeup, eevee if engines == {Engine.EEVEE} else Closures.TWO)
 
 
-def _apply(surface: bpy.types.NodeSocket, makeup: MakeupNode, engine: Engine) -> None:
+def _apply(surface: bpy.types.NodeSocket, makeup: MakeupNode, form: Closures) -> None:
     for node in list(shader_nodes(surface)):
         if node.bl_idname == "ShaderNodeGroup" and node.node_tree:
             node.node_tree = node.node_tree.copy()
             for end in _group_ends(node.node_tree):
-                _apply(end, makeup, engine)
+                _apply(end, makeup, form)
         elif node.bl_idname in COLOUR_INPUT:
-            _cover(node, makeup, engine)
+            _cover(node, makeup, form)
 
 
-def _cover(node: bpy.types.Node, makeup: MakeupNode, engine: Engine) -> None:
+def _cover(node: bpy.types.Node, makeup: MakeupNode, form: Closures) -> None:
     """Lay the makeup over one closure."""
     tree = Tree(node.id_data)
     group = makeup(node.id_data)
@@ -140,7 +157,9 @@ def _cover(node: bpy.types.Node, makeup: MakeupNode, engine: Engine) -> None:
         _finish(tree, node, Colour(tree, group.outputs["Finish"]))
     if not _scatters(node):
         tree.feed(node.inputs[COLOUR_INPUT[node.bl_idname]], total)
-    elif engine is Engine.EEVEE:
+    elif form is Closures.SCREEN:
+        _hand_over(tree, node, total, skin)
+    elif form is Closures.ONE:
         tree.feed(node.inputs[COLOUR_INPUT[node.bl_idname]], total)
         _shrink_radius(tree, node, (skin / total.maximum(1e-4)).sqrt())
     else:
@@ -193,6 +212,27 @@ def _finish(tree: Tree, node: bpy.types.Node, finish: Colour) -> None:
 def _shrink_radius(tree: Tree, node: bpy.types.Node, factor: Colour) -> None:
     name = "Subsurface Radius" if node.bl_idname == PRINCIPLED else "Radius"
     tree.feed(node.inputs[name], _colour(tree, node.inputs[name]) * factor)
+
+
+def _hand_over(tree: Tree, node: bpy.types.Node, total: Colour, skin: Colour) -> None:
+    """Diffuse light only, and AOVs with the share of it that went through the skin and the mask."""
+    share = skin / total.maximum(1e-4)
+    if node.bl_idname == SUBSURFACE:
+        diffuse = tree.node(DIFFUSE, location=tuple(node.location))
+        if node.inputs["Normal"].is_linked:
+            _hand_on(node.inputs["Normal"], diffuse.inputs["Normal"])
+        for link in list(node.outputs[0].links):
+            tree.tree.links.new(diffuse.outputs[0], link.to_socket)
+        tree.feed(diffuse.inputs["Color"], total)
+    else:
+        weight = node.inputs["Subsurface Weight"]
+        share = share * _scalar(tree, weight).clamped()
+        for link in list(weight.links):
+            tree.tree.links.remove(link)
+        weight.default_value = 0.0
+        tree.feed(node.inputs["Base Color"], total)
+    tree.feed(tree.node("ShaderNodeOutputAOV", aov_name=SHARE_AOV).inputs["Color"], share)
+    tree.node("ShaderNodeOutputAOV", aov_name=MASK_AOV).inputs["Color"].default_value = (1, 1, 1, 1)
 
 
 def _two_closures(tree: Tree, node: bpy.types.Node, film: Colour, skin: Colour) -> None:

@@ -42,3 +42,4 @@ class SceneFacts:
     layers: tuple[LayerFacts, ...]
     engines: frozenset[Engine]
     finish: Switch = Switch.AUTO
+    screen_diffusion: bool = False

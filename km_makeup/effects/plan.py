@@ -35,12 +35,13 @@ class Plan:
     air_interface: Effect
     film_closure: Effect
     finish: Effect
+    screen_diffusion: Effect
     tolerance: float
 
     @property
     def effects(self) -> tuple[Effect, ...]:
         """Every effect of the plan."""
-        return (*self.films, self.air_interface, self.film_closure, self.finish)
+        return (*self.films, self.air_interface, self.film_closure, self.finish, self.screen_diffusion)
 
     @property
     def film_indices(self) -> tuple[int, ...]:
@@ -49,8 +50,13 @@ class Plan:
 
     @property
     def any_film(self) -> bool:
-        """Whether the skin's material has to be touched at all."""
+        """Whether there is any makeup to be seen."""
         return bool(self.film_indices)
+
+    @property
+    def touches_material(self) -> bool:
+        """Whether the skin's material has to be touched at all."""
+        return self.any_film or self.screen_diffusion.on
 
 
 def make_plan(facts: SceneFacts, tolerance: float = DEFAULT_TOLERANCE) -> Plan:
@@ -74,6 +80,7 @@ def make_plan(facts: SceneFacts, tolerance: float = DEFAULT_TOLERANCE) -> Plan:
         ),
         film_closure=_film_closure(facts.engines, bool(live)),
         finish=_finish(facts.finish, bool(live)),
+        screen_diffusion=_screen(facts),
         tolerance=tolerance,
     )
 
@@ -104,6 +111,15 @@ def _finish(switch: Switch, any_film: bool) -> Effect:
     if switch is Switch.OFF:
         return Effect(name, False, "forced off", None, cost)
     return Effect(name, True, "films have their own roughness and reflectance", None, cost)
+
+
+def _screen(facts: SceneFacts) -> Effect:
+    name, cost = "Screen-space diffusion", "2 AOVs, 3 passes, 1 compositor group"
+    if not facts.screen_diffusion:
+        return Effect(name, False, "not asked for", None, cost)
+    if Engine.EEVEE not in facts.engines:
+        return Effect(name, False, "Cycles scatters light in the skin by itself", 0.0, cost)
+    return Effect(name, True, "asked for: light is diffused in the compositor, in millimetres of skin", None, cost)
 
 
 def _film_closure(engines: frozenset[Engine], any_film: bool) -> Effect:

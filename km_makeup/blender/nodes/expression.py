@@ -71,6 +71,18 @@ class Scalar(Socket):
         """The larger of the two."""
         return self._math("MAXIMUM", other)
 
+    def minimum(self, other: Scalar | Number) -> Scalar:
+        """The smaller of the two."""
+        return self._math("MINIMUM", other)
+
+    def absolute(self) -> Scalar:
+        """Without its sign."""
+        return self._math("ABSOLUTE")
+
+    def positive(self) -> Scalar:
+        """1 where this is above 0, else 0."""
+        return self._math("GREATER_THAN", 0.0)
+
 
 class Colour(Socket):
     """Three numbers per shading point: a colour or a vector."""
@@ -167,6 +179,45 @@ class Tree:
         for socket, value in zip(node.inputs, (x, y, z)):
             self.feed(socket, value)
         return Colour(self, node.outputs[0])
+
+    def less(self, low: Scalar | Number, high: Scalar | Number) -> Scalar:
+        """1 where low < high, else 0."""
+        left = low if isinstance(low, Scalar) else self.scalar(low)
+        return left._math("LESS_THAN", high)
+
+    def with_alpha(self, image: Colour, alpha: Scalar) -> Colour:
+        """Compositor: the image with this alpha, its colours untouched."""
+        node = self.node("CompositorNodeSetAlpha")
+        node.inputs["Type"].default_value = "Replace Alpha"
+        self.feed(node.inputs["Image"], image)
+        self.feed(node.inputs["Alpha"], alpha)
+        return Colour(self, node.outputs["Image"])
+
+    def alpha(self, image: Colour) -> Scalar:
+        """Compositor: the alpha of an image."""
+        node = self.node("CompositorNodeSeparateColor")
+        self.feed(node.inputs["Image"], image)
+        return Scalar(self, node.outputs["Alpha"])
+
+    def blur(self, image: Colour, size_x: Scalar | Number, size_y: Scalar | Number) -> Colour:
+        """Compositor: Gaussian blur of 3 standard deviations ``size`` in pixels, which may differ from pixel to pixel."""
+        node = self.node("CompositorNodeBlur")
+        node.inputs["Type"].default_value = "Gaussian"
+        if isinstance(size_x, Scalar) or isinstance(size_y, Scalar):
+            self.feed(node.inputs["Size"], self.combine(size_x, size_y, 0.0))
+        else:
+            node.inputs["Size"].default_value = (size_x, size_y)
+        self.feed(node.inputs["Image"], image)
+        return Colour(self, node.outputs["Image"])
+
+    def moved(self, image: Scalar, x: int, y: int) -> Scalar:
+        """Compositor: the image moved by whole pixels, its edge pixels held outside."""
+        node = self.node("CompositorNodeTranslate")
+        node.inputs["Interpolation"].default_value = "Nearest"
+        node.inputs["Extension X"].default_value = node.inputs["Extension Y"].default_value = "Extend"
+        self.feed(node.inputs["Image"], image)
+        node.inputs["X"].default_value, node.inputs["Y"].default_value = x, y
+        return Scalar(self, node.outputs["Image"])
 
     def _interface(self, name: str, in_out: str, kind: str, description: str, default: Any) -> None:
         socket = self.tree.interface.new_socket(name, in_out=in_out, socket_type=kind, description=description)

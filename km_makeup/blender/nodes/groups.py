@@ -26,12 +26,14 @@ OFFSET, SCALE = 0.5, 0.5
 """Colour ramps clamp at 0: the matrix entries are stored as (entry + OFFSET) SCALE."""
 
 
-def _group(kind: str, signature: str, label: str, build: Callable[[Tree], None]) -> bpy.types.NodeTree:
+def owned_group(
+    kind: str, signature: str, label: str, build: Callable[[Tree], None], tree_type: str = "ShaderNodeTree"
+) -> bpy.types.NodeTree:
     """The group of this kind and signature: the one in the file if it is current, else a new one."""
     for tree in bpy.data.node_groups:
         if tree.get(KIND) == kind and tree.get(SIGNATURE) == signature and tree.get(STAMP) == VERSION:
             return tree
-    tree = bpy.data.node_groups.new(label, "ShaderNodeTree")
+    tree = bpy.data.node_groups.new(label, tree_type)
     tree[KIND], tree[SIGNATURE], tree[STAMP] = kind, signature, VERSION
     builder = Tree(tree)
     build(builder)
@@ -87,7 +89,7 @@ def film_group(transfer: Transfer, label: str) -> bpy.types.NodeTree:
         tree.output("Colour", _affine(a, columns, below), "Linear RGB reflectance with this film on top")
         tree.output("Film", _affine(a, columns, film_below), "The part of it that the films send back by themselves")
 
-    return _group("film", signature_of(transfer.a, transfer.M), f"KM Film {label}", build)
+    return owned_group("film", signature_of(transfer.a, transfer.M), f"KM Film {label}", build)
 
 
 def _affine(a: Colour, columns: Sequence[Colour], c: Colour) -> Colour:
@@ -109,7 +111,7 @@ def baked_group() -> bpy.types.NodeTree:
         tree.output("Colour", (T2 * skin / loss) + R, "Linear RGB reflectance of skin with films")
         tree.output("Film", R + 0.0, "The part of it that the films send back by themselves")
 
-    return _group("baked", "", "KM Baked Stack", build)
+    return owned_group("baked", "", "KM Baked Stack", build)
 
 
 @dataclass(frozen=True)
@@ -164,7 +166,7 @@ def makeup_group(
         if gloss is not None:
             tree.output("Finish", gloss, "Share of skin's own highlight; films' slope variance; films' F0")
 
-    return _group("makeup", signature, label, build)
+    return owned_group("makeup", signature, label, build)
 
 
 def _marks(parts: Sequence[FilmNodes] | BakedNodes) -> list[object]:
