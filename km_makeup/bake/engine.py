@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from ..errors import MakeupError
 from ..makeup.coat import Coat, OnSkin, on_skin
-from ..makeup.maps import check_map, check_same_size
 from ..optics import Interface
 from ..spectra import Bands, upsample_skin
 from ..spectra.lights import Light
+from .texels import Texels, covered_texels
 
 CHUNK = 16384
 """Texels computed at once: 81 bands of float32 are then 5 MB an array, about a core's cache."""
@@ -84,8 +84,9 @@ def baking(request: Request) -> Generator[tuple[int, int], None, Baked]:
 
     Raises MakeupError where maps are unusable or differ in size.
     """
-    values, shape, covered = _covered_values(request)
-    height, width = shape
+    texels = _texels(request)
+    height, width = texels.shape
+    covered = texels.index
     R, T2, R_up = (np.zeros((height * width, 3), np.float32) for _ in range(3))
     T2[:] = 1
     albedo = None
@@ -95,7 +96,8 @@ def baking(request: Request) -> Generator[tuple[int, int], None, Baked]:
             raise MakeupError(
                 f"The skin texture has {len(albedo)} texels, the maps {height * width}; give both the same size."
             )
-    combinations, inverse = _distinct(values)
+    chosen, inverse = texels.distinct()
+    combinations = texels.values(chosen)
     total = -(-len(combinations) // CHUNK) + (-(-len(covered) // CHUNK) if albedo is not None else 0)
     reference = _reference_spectrum(request)
     rgb = np.empty((3, len(combinations), 3), np.float32)
@@ -111,7 +113,7 @@ def baking(request: Request) -> Generator[tuple[int, int], None, Baked]:
     if albedo is not None:
         for start in range(0, len(covered), CHUNK):
             part = slice(start, start + CHUNK)
-            albedo[covered[part]] = _finished(request, values[part], albedo[covered[part]])
+            albedo[covered[part]] = _finished(request, texels.values(part), albedo[covered[part]])
             done += 1
             yield done, total
     to_image = lambda flat: flat.reshape(height, width, 3)  # noqa: E731
@@ -126,35 +128,13 @@ def baking(request: Request) -> Generator[tuple[int, int], None, Baked]:
     )
 
 
-def _covered_values(request: Request) -> tuple[NDArray, tuple[int, int], NDArray]:
-    """Painted values (covered, layers), the maps' shape, and the flat indices of the covered texels."""
+def _texels(request: Request) -> Texels:
     if not request.maps or len(request.maps) != len(request.coats):
         raise MakeupError(
             f"A bake needs one map a layer; there are {len(request.coats)} layers and {len(request.maps)} maps."
         )
     names = list(request.names) or [f"map {i + 1}" for i in range(len(request.maps))]
-    maps = [check_map(values, name) for values, name in zip(request.maps, names)]
-    shape = check_same_size(list(zip(names, maps)))
-    strengths = list(request.strengths) or [1.0] * len(maps)
-    covered = np.flatnonzero(np.any([m.reshape(-1) > 0 for m in maps], axis=0))
-    values = np.empty((len(covered), len(maps)), np.float32)
-    for i, (texels, strength) in enumerate(zip(maps, strengths)):
-        scale = strength / 255 if texels.dtype == np.uint8 else strength
-        values[:, i] = texels.reshape(-1)[covered] * np.float32(scale)
-    return values, shape, covered
-
-
-def _distinct(values: NDArray) -> tuple[NDArray, NDArray]:
-    """The distinct rows of (texels, layers), and for each texel which it is."""
-    codes = np.zeros(len(values), np.int64)
-    columns = []
-    for column in values.T:
-        levels, index = np.unique(column, return_inverse=True)
-        columns.append(levels)
-        _, codes = np.unique(codes * len(levels) + index.reshape(-1), return_inverse=True)
-        codes = codes.reshape(-1)
-    _, first = np.unique(codes, return_index=True)
-    return values[first], codes
+    return covered_texels(request.maps, list(request.strengths) or [1.0] * len(request.maps), names)
 
 
 def _optics(request: Request, values: NDArray) -> OnSkin:

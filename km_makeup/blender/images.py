@@ -82,9 +82,14 @@ def image_from_map(name: str, values: NDArray) -> bpy.types.Image:
 
 
 def load_map(path: str) -> bpy.types.Image:
-    """The image file as a Non-Color cosmetic map; the one already in the file where there is one."""
+    """The image file as a Non-Color cosmetic map, packed so that painting on it cannot be lost.
+
+    The image that is already in the file is taken where there is one.
+    """
     image = bpy.data.images.load(path, check_existing=True)
     image.colorspace_settings.name = "Non-Color"
+    if not image.packed_file:
+        image.pack()
     return image
 
 
