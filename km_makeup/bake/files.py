@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping
 from pathlib import Path
 from types import ModuleType
@@ -72,27 +73,39 @@ def read_map(path: Path, channel: str = "R") -> NDArray:
 
 
 def write_exr(path: Path, pixels: NDArray, half: bool = True, metadata: Mapping[str, str] | None = None) -> None:
-    """An OpenEXR of linear values (height, width, channels), bottom row first, whole or not at all.
+    """One OpenEXR, as `write_exrs`."""
+    write_exrs({path: pixels}, half, metadata)
+
+
+def write_exrs(pictures: Mapping[Path, NDArray], half: bool = True, metadata: Mapping[str, str] | None = None) -> None:
+    """OpenEXR files of linear values (height, width, channels), bottom row first: all of them or none.
+
+    Each is written to a temporary name first; only when all are whole do they take their places.
 
     ``half`` writes 16-bit floats, otherwise 32-bit. ``metadata`` goes into the header; no time of day is
     written, so that the same pixels give the same bytes.
     """
+    with contextlib.ExitStack() as places:
+        for path, pixels in pictures.items():
+            temporary = places.enter_context(replacing(Path(path)))
+            _write_exr(temporary, Path(path), pixels, half, metadata or {})
+
+
+def _write_exr(file: Path, path: Path, pixels: NDArray, half: bool, metadata: Mapping[str, str]) -> None:
     oiio = _oiio()
-    path = Path(path)
     height, width, channels = pixels.shape
     spec = oiio.ImageSpec(width, height, channels, "half" if half else "float")
     spec.attribute("compression", "zip")
     spec.attribute("DateTime", "")
-    for key, value in (metadata or {}).items():
+    for key, value in metadata.items():
         spec.attribute(f"km_makeup/{key}", value)
-    with replacing(path) as temporary:
-        target = oiio.ImageOutput.create(str(temporary))
-        if target is None or not target.open(str(temporary), spec):
-            raise MakeupError(f"Cannot write {path} ({oiio.geterror().strip()}); check the folder and the free space.")
-        good = target.write_image(np.ascontiguousarray(pixels[::-1], dtype=np.float32))
-        message = target.geterror() if not good else ""
-        if not target.close() or not good:
-            raise MakeupError(f"Cannot write {path} ({message.strip() or target.geterror()}); is the disk full?")
+    target = oiio.ImageOutput.create(str(file))
+    if target is None or not target.open(str(file), spec):
+        raise MakeupError(f"Cannot write {path} ({oiio.geterror().strip()}); check the folder and the free space.")
+    good = target.write_image(np.ascontiguousarray(pixels[::-1], dtype=np.float32))
+    message = target.geterror() if not good else ""
+    if not target.close() or not good:
+        raise MakeupError(f"Cannot write {path} ({message.strip() or target.geterror()}); is the disk full?")
 
 
 def write_png(path: Path, pixels: NDArray) -> None:

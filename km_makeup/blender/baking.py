@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import __version__
-from ..bake import Baked, Request, baking, write_exr
+from ..bake import Baked, Request, baking, write_exrs
 from ..effects import Plan
 from ..errors import MakeupError
 from ..files import ensure_folder
@@ -161,8 +161,7 @@ def _write(obj: bpy.types.Object, plan: Plan, request: Request, baked: Baked, fo
         pictures["albedo"] = baked.albedo
     name = bpy.path.clean_name(obj.name)
     files = {key: folder / f"{name}_{key}.exr" for key in pictures}
-    for key, picture in pictures.items():
-        write_exr(files[key], picture, half=not obj.km_makeup.full_float, metadata=metadata)
+    write_exrs({files[key]: pictures[key] for key in pictures}, not obj.km_makeup.full_float, metadata)
     return files
 
 

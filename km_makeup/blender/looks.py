@@ -10,7 +10,7 @@ import numpy as np
 from ..bake.files import read_map, write_png
 from ..errors import MakeupError
 from ..files import ensure_folder
-from ..makeup import Layer, Look
+from ..makeup import Layer, Look, interface_of
 from ..makeup.maps import check_same_size
 from . import images
 from .library import library
@@ -28,6 +28,7 @@ def apply_look(obj: bpy.types.Object, look: Look) -> None:
     and the object is as before.
     """
     products = [library().find(layer.product) for layer in look.layers]
+    interface_of(products)
     paths = [look.map_path(layer) for layer in look.layers]
     values = {i: read_map(path, layer.channel) for i, (path, layer) in enumerate(zip(paths, look.layers)) if path}
     shape = check_same_size([(str(paths[i]), v) for i, v in values.items()]) if values else (WHOLE, WHOLE)
