@@ -8,7 +8,7 @@ cancels, K/S is never formed, and K = 0, S = 0 and X = 0 need no branch:
     tau = tanh(z)/z          D = 1 + (k + s) tau
     R = s tau / D      T = sech(z) / D      A = tau k (1 + (k + 2 s) tanh(z/2)/z) / D      1 - R = A + T
 
-computed from e = exp(-z) and 1 - e = -expm1(-z), all multiplied by 1 + e^2.
+computed from q = sinh(z)/z and cosh(z), all multiplied by cosh(z), with tanh(z/2) = sinh(z)/(1 + cosh(z)).
 
 Films are laid on one another by Kubelka 1954, Eq 9-12, with the reflectance of the upper film *lit from
 below* in the denominator (Huang et al. 2013 print Eq 3 with T1 R1 T1, which creates energy).
@@ -27,7 +27,7 @@ from ..errors import MakeupError
 Array = NDArray[np.floating]
 
 # Values worked on at a time: their intermediate results stay in the processor's cache.
-_BLOCK = 16384
+_BLOCK = 65536
 
 
 class Film(NamedTuple):
@@ -77,7 +77,7 @@ def film(K: ArrayLike, S: ArrayLike, X: ArrayLike) -> Film:
 
     Source: Kubelka 1948, Eq 26-28; Huang et al. 2013, Eq 1-2, in the stable form above.
     """
-    K, S, X = _coefficients(K, S, X)
+    K, S, X = _floats(K, S, X)
     return Film(*_in_blocks(_film, 3, K, S, X))
 
 
@@ -104,7 +104,7 @@ def film_over(K: ArrayLike, S: ArrayLike, X: ArrayLike, Rg: ArrayLike) -> Array:
 
     Source: Kubelka 1954, Eq 9; equal to Kubelka 1948, Eq 20.
     """
-    K, S, X, Rg = _coefficients(K, S, X, Rg)
+    K, S, X, Rg = _floats(K, S, X, Rg)
     return _in_blocks(_film_over, 1, K, S, X, Rg)[0]
 
 
@@ -115,7 +115,8 @@ def opaque_reflectance(K: ArrayLike, S: ArrayLike) -> Array:
 
     Source: Kubelka 1948, Eq 8, without a = 1 + K/S.
     """
-    K, S, _ = _coefficients(K, S, 0.0)
+    K, S = _floats(K, S)
+    _check(K, S, np.zeros((), K.dtype))
     total = K + S + np.sqrt(K) * np.sqrt(K + 2 * S)
     return S / np.where(total > 0, total, 1)
 
@@ -190,20 +191,13 @@ def _floats(*values: ArrayLike) -> tuple[Array, ...]:
     return tuple(a.astype(dtype, copy=False) for a in arrays)
 
 
-def _coefficients(K: ArrayLike, S: ArrayLike, X: ArrayLike, *more: ArrayLike) -> tuple[Array, ...]:
-    """K, S, X and more as floats of one dtype, after a check that K, S and X are what they must be."""
-    values = _floats(K, S, X, *more)
-    for name, value, unit, limit in zip("KSX", values, ("1/mm", "1/mm", "mm"), (False, False, True), strict=False):
-        if value.size and not (value.min() >= 0 and (limit or value.max() < np.inf)):
-            wrong = value[~(value >= 0) | np.isinf(value)].flat[0]
-            raise MakeupError(f"{name} of a film must be a number of 0 {unit} or more, not {wrong}; mend its source.")
-    return values
-
-
 def _in_blocks(kernel: Callable[..., tuple[Array, ...]], count: int, *inputs: Array) -> tuple[Array, ...]:
     """The ``count`` results of a kernel on broadcast inputs, block by block where they are large."""
-    if np.broadcast(*inputs).size <= _BLOCK:
-        return kernel(*inputs)
+    full = np.broadcast_arrays(*inputs)
+    if full[0].ndim == 0:
+        return tuple(result[0] for result in kernel(*(value.reshape(1) for value in full)))
+    if full[0].size <= _BLOCK:
+        return kernel(*full)
     to_allocate: list[Any] = [None] * count
     flags: list[Any] = [["readonly"]] * len(inputs) + [["writeonly", "allocate"]] * count
     walk = np.nditer(
@@ -220,44 +214,94 @@ def _in_blocks(kernel: Callable[..., tuple[Array, ...]], count: int, *inputs: Ar
         return tuple(walk.operands[len(inputs) :])
 
 
-def _film(K: Array, S: Array, X: Array) -> tuple[Array, Array, Array]:
-    """R, T, A of films; the formulas of the module's head times 1 + e^2."""
-    X, opaque = _finite(X)
-    k, s, e, half, tau = _terms(K, S, X)
-    share = 1 / ((1 + e * e) + (k + s) * tau)
-    through = tau * share
-    R, T, A = s * through, 2 * e * share, through * k * (1 + (k + 2 * s) * half)
-    if opaque is None:
-        return R, T, A
-    z = np.sqrt(K) * np.sqrt(K + 2 * S)
-    hides = opaque & (K + S > 0)
-    total = np.where(hides, K + S + z, 1)
-    return np.where(hides, S / total, R), T * ~hides, np.where(hides, (K + z) / total, A)
+def _film(K: Array, S: Array, X: Array) -> tuple[Array, ...]:
+    """R, T, A of films; the formulas of the module's head times cosh z. In place, because memory is what it waits for."""
+    terms = _terms(K, S, X)
+    if terms is None:
+        return _film_far(K, S, X)
+    k, s, p, q, cosh = terms
+    T = k + s
+    T *= q
+    T += cosh
+    np.divide(1, T, out=T)
+    cosh += 1
+    A = np.divide(q, cosh, out=cosh)
+    A *= p
+    A += 1
+    A *= k
+    through = np.multiply(q, T, out=q)
+    A *= through
+    return np.multiply(s, through, out=s), T, A
 
 
 def _film_over(K: Array, S: Array, X: Array, Rg: Array) -> tuple[Array]:
-    """Films over backings: R + T^2 Rg/(A + T + R (1 - Rg)) as one quotient, which two whites do not cancel."""
-    X, opaque = _finite(X)
-    k, s, e, _, tau = _terms(K, S, X)
-    one = 1 + e * e
-    bounced = one + k * tau + s * tau * (1 - Rg)
-    R = (s * tau + (2 * e) * (2 * e) * Rg / bounced) / (one + (k + s) * tau)
-    return (R if opaque is None else np.where(opaque & (K + S > 0), opaque_reflectance(K, S), R),)
+    """Films over backings: R + T^2 Rg/((1 - R) + R (1 - Rg)) as one quotient, which two whites do not cancel."""
+    terms = _terms(K, S, X)
+    if terms is None:
+        R, T, A = _film_far(K, S, X)
+        d = (A + T) + R * (1 - Rg)
+        return (R + T * (T * Rg / np.where(d > 0, d, 1)),)
+    k, s, p, q, cosh = terms
+    s *= q
+    k *= q
+    cosh += k
+    back = np.subtract(1, Rg, out=p)
+    back *= s
+    back += cosh
+    R = np.divide(Rg, back, out=back)
+    R += s
+    cosh += s
+    R /= cosh
+    return (R,)
 
 
-def _finite(X: Array) -> tuple[Array, NDArray[np.bool_] | None]:
-    """The thicknesses with 0 for infinite ones, and where those are; None where none is."""
-    if not X.size or X.max() < np.inf:
-        return X, None
-    opaque = np.isinf(X)
-    return np.where(opaque, 0, X), opaque
-
-
-def _terms(K: Array, S: Array, X: Array) -> tuple[Array, ...]:
-    """k, s, exp(-z), tanh(z/2)/z and tau (1 + e^2) of films of finite thickness."""
+def _terms(K: Array, S: Array, X: Array) -> tuple[Array, ...] | None:
+    """k, s, k + 2 s, sinh(z)/z and cosh z of films, arrays of their own; None where one film is thick or infinite."""
+    _check(K, S, X)
+    if not X.max(initial=0) < np.inf:
+        return None
     k, s = K * X, S * X
+    p = np.add(s, s)
+    p += k
+    z = np.multiply(k, p)
+    # A little beyond the thick ones, so that those that `_film_far` leaves stay here whatever the last digit says.
+    if not z.max(initial=0) < (1.01 * _thick(z.dtype)) ** 2:
+        return None
     # The smallest normal number stands for 0, so that the quotient by z holds there too.
-    z = np.maximum(np.sqrt(k) * np.sqrt(k + 2 * s), np.finfo(k.dtype).tiny)
-    e = np.exp(-z)
-    one, q = 1 + e, -np.expm1(-z) / z
-    return k, s, e, q / one, q * one
+    np.sqrt(np.add(z, np.finfo(z.dtype).tiny, out=z), out=z)
+    q = np.sinh(z)
+    q /= z
+    return k, s, p, q, np.cosh(z, out=z)
+
+
+def _thick(dtype: np.dtype) -> float:
+    """z from which tanh(z/2) is 1 to the last digit, well before sinh z overflows."""
+    return 40.0 if dtype == np.float64 else 20.0
+
+
+def _film_far(K: Array, S: Array, X: Array) -> tuple[Array, ...]:
+    """R, T, A of films some of which are thick or infinite: of those T = 2 exp(-z) z/(k + s + z), tanh = 1."""
+    K, S, X = np.broadcast_arrays(K, S, X)
+    root = np.sqrt(K) * np.sqrt(K + 2 * S)
+    # As good as infinite: beyond it k + 2 s overflows.
+    infinite = X > np.finfo(X.dtype).max / 8 / (1 + K + S)
+    z = root * np.where(infinite, 0, X)
+    far = (infinite & (K + S > 0)) | (z >= _thick(z.dtype))
+    total = np.where(far, K + S + root, 1)
+    T = 2 * np.exp(-z) * (root / total) * ~infinite
+    near = _film(K, S, np.where(far | infinite, 0, X).astype(X.dtype))
+    thick = S / total, T, (K + root) / total
+    return tuple(np.where(far, a, b) for a, b in zip(thick, near, strict=True))
+
+
+def _check(K: Array, S: Array, X: Array) -> None:
+    """Refuse what is no film: K, S or X negative or not a number, K or S infinite."""
+    not_negative = K.min(initial=0) >= 0 and S.min(initial=0) >= 0 and X.min(initial=0) >= 0
+    if not_negative and K.max(initial=0) < np.inf and S.max(initial=0) < np.inf:
+        return
+    for name, value, unit in (("K", K, "1/mm"), ("S", S, "1/mm"), ("X", X, "mm")):
+        wrong = ~(value >= 0) | (np.isinf(value) & (name != "X"))
+        if wrong.any():
+            raise MakeupError(
+                f"{name} of a film must be a number of 0 {unit} or more, not {value[wrong].flat[0]}; mend its source."
+            )

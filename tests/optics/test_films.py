@@ -82,6 +82,23 @@ def test_an_infinite_film_is_opaque(dtype: type) -> None:
     assert mixed[1] == film_over(K[1:2], S[1:2], np.array([0.25], dtype), np.full(1, 0.5, dtype))[0]
 
 
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_thick_films_are_reached_without_a_step(dtype: type) -> None:
+    """At z = 40 (float32: 20) another formula takes over; both give the same to the last digits there."""
+    z = (40 if dtype is np.float64 else 20) * (1 + np.linspace(-3, 3, 4001) * np.finfo(dtype).eps * 20)
+    S = np.array([[0.0], [0.1], [3.0], [1e3]])
+    K = 1 / (np.sqrt(S**2 + 1) + S)  # z = X
+    with np.errstate(all="raise", under="ignore"):
+        R, T, A = film(K.astype(dtype), S.astype(dtype), z.astype(dtype))
+        over_black = film_over(K.astype(dtype), S.astype(dtype), z.astype(dtype), np.zeros(1, dtype))
+    eps = np.finfo(dtype).eps
+    for values, exact in ((R, S / (K + S + 1)), (A, (K + 1) / (K + S + 1)), (over_black, S / (K + S + 1))):
+        np.testing.assert_allclose(values, np.broadcast_to(exact, values.shape), rtol=8 * eps)
+        assert np.abs(np.diff(values, axis=1) / values[:, 1:].max()).max(initial=0) < 8 * eps
+    slope = np.diff(np.log(T.astype(np.float64)), axis=1)
+    assert slope.max() < 500 * eps
+
+
 def test_opaque_reflectance_of_nothing_is_zero() -> None:
     assert opaque_reflectance(0.0, 0.0) == 0
     np.testing.assert_array_equal(opaque_reflectance([0.0, 1.0], [0.0, 0.0]), [0, 0])
