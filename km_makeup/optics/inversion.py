@@ -157,46 +157,61 @@ def invert_backings(
     R0 = (R1 g2 - R2 g1)/((g2 - g1) - g1 g2 (R2 - R1)), T^2 = (R2 - R1)(1 - R0 g1)(1 - R0 g2)/(g2 - g1); then K and
     S from R0 and T by asinh, exact for K = 0 and for S = 0.
     """
-    R_1, R_g1, R_2, R_g2, X = _floats(R_1, R_g1, R_2, R_g2, X)
-    (R_1, R_g1, R_2, R_g2), sigma, bad = _readings((R_1, R_g1, R_2, R_g2), X, noise, interface, specular_included)
-    bad |= R_g1 == R_g2
-    X = np.where(bad, 1, X).astype(R_1.dtype)
-    swap = R_g1 > R_g2
-    R_1, R_2 = np.where(swap, R_2, R_1), np.where(swap, R_1, R_2)
-    g_1, g_2 = np.where(swap, R_g2, R_g1), np.where(swap, R_g1, R_g2)
-    sigma_1, sigma_2 = np.where(swap, sigma[2], sigma[0]), np.where(swap, sigma[0], sigma[2])
-    sigma_g1, sigma_g2 = np.where(swap, sigma[3], sigma[1]), np.where(swap, sigma[1], sigma[3])
-    tolerance = _tolerance(R_1, R_2, sigma_1, sigma_2)
-
+    R_1, R_g1, R_2, R_g2, X = np.broadcast_arrays(*_floats(R_1, R_g1, R_2, R_g2, X))
+    values, sigmas, bad = _readings((R_1, R_g1, R_2, R_g2), X, noise, interface, specular_included)
+    bad = bad | (R_g1 == R_g2)
+    X = np.where(bad, 1, X)
+    turned = values[1] > values[3]
+    R_1, g_1, R_2, g_2 = (np.where(turned, values[i - 2], values[i]) for i in range(4))
+    s_1, s_g1, s_2, s_g2 = (np.where(turned, sigmas[i - 2], sigmas[i]) for i in range(4))
+    tolerance = _tolerance(R_1, R_2, s_1, s_2)
     gap, contrast = np.where(bad, 1, g_2 - g_1), np.where(bad, 0, R_2 - R_1)
-    opaque = np.abs(contrast) <= tolerance
-    crossed = ~opaque & (contrast < 0)
-    contrast = np.clip(contrast, 0, gap)
-    R_0 = (R_1 * g_2 - R_2 * g_1) / ((gap - contrast) + contrast * ((1 - g_1) + g_1 * (1 - g_2)))
-    spread = tolerance * (g_1 + g_2) / gap
-    too_dark = R_0 + spread < 0
-    hidden = opaque | crossed
-    R_0 = np.clip(np.where(hidden, 0.5 * (R_1 + R_2), R_0), 0, 1)
-    T2 = contrast * (1 - R_0 * g_1) * (1 - R_0 * g_2) / gap
-    T = np.where(hidden, np.maximum(tolerance, np.finfo(R_1.dtype).eps), np.sqrt(T2))
-    A = 1 - R_0 - T
-    A_spread = spread + tolerance / gap / np.where(T > 0, T, 1)
-    too_bright = ~hidden & (A + A_spread < 0)
-    no_film = ~hidden
-    for reading, bare, *both in ((R_1, g_1, sigma_1, sigma_g1), (R_2, g_2, sigma_2, sigma_g2)):
-        no_film = no_film & (np.abs(reading - bare) <= _tolerance(reading, bare, *both))
-    k, s = free_film(R_0, T, np.maximum(A, 0))
+    hidden = contrast <= tolerance
+    crossed = contrast < -tolerance
+
+    R_0, T, A, spread = _free_values(R_1, g_1, R_2, g_2, gap, np.clip(contrast, 0, gap), hidden, tolerance)
+    too_dark = ~hidden & (R_0 + spread < 0)
+    too_bright = ~hidden & (A + spread + tolerance / gap / T < 0)
+    same_1, same_2 = (
+        np.abs(R - g) <= _tolerance(R, g, *s) for R, g, *s in ((R_1, g_1, s_1, s_g1), (R_2, g_2, s_2, s_g2))
+    )
+    no_film = ~hidden & same_1 & same_2
+    k, s = free_film(np.clip(R_0, 0, 1), T, np.maximum(A, 0))
     k, s = np.where(bad | no_film, 0, k), np.where(bad | no_film, 0, s)
     status = np.select(
-        [bad, no_film, crossed | too_dark | too_bright, opaque],
+        [bad, no_film, crossed | too_dark | too_bright, hidden],
         [Status.OUT_OF_RANGE, Status.NO_FILM, Status.INCONSISTENT, Status.OPAQUE],
         Status.OK,
     )
     first, second = over_sensitivity(k, s, g_1), over_sensitivity(k, s, g_2)
     rows = ((first.k, first.s), (second.k, second.s))
     readings = (np.hypot(R_1, first.g * g_1), np.hypot(R_2, second.g * g_2))
-    sigmas = (np.hypot(sigma_1, first.g * sigma_g1), np.hypot(sigma_2, second.g * sigma_g2))
-    return _inversion(k / X, s / X, status, rows, readings, sigmas)
+    errors = (np.hypot(s_1, first.g * s_g1), np.hypot(s_2, second.g * s_g2))
+    return _inversion(k / X, s / X, status, rows, readings, errors)
+
+
+def _free_values(
+    R_1: Array,
+    g_1: Array,
+    R_2: Array,
+    g_2: Array,
+    gap: Array,
+    contrast: Array,
+    hidden: NDArray[np.bool_],
+    tolerance: Array,
+) -> tuple[Array, Array, Array, Array]:
+    """R, T and A of the free film from its reflectances over g_1 < g_2, and how far R is uncertain.
+
+    ``gap`` is g_2 - g_1, ``contrast`` is R_2 - R_1, 0..gap. Where the backings are hidden R is the mean reading and T
+    what could still hide in the tolerance.
+    """
+    least = np.finfo(R_1.dtype).eps
+    R_0 = (R_1 * g_2 - R_2 * g_1) / ((gap - contrast) + contrast * ((1 - g_1) + g_1 * (1 - g_2)))
+    R_0 = np.where(hidden, 0.5 * (R_1 + R_2), R_0)
+    inside = np.clip(R_0, 0, 1)
+    T = np.sqrt(contrast * (1 - inside * g_1) * (1 - inside * g_2) / gap)
+    T = np.maximum(np.where(hidden, tolerance, T), np.where(hidden, least, np.finfo(R_1.dtype).tiny))
+    return R_0, T, 1 - inside - T, tolerance * (g_1 + g_2) / gap
 
 
 def free_film(R: ArrayLike, T: ArrayLike, A: ArrayLike | None = None) -> tuple[Array, Array]:
