@@ -58,8 +58,8 @@ def bake_steps(obj: bpy.types.Object, scene: bpy.types.Scene) -> Generator[tuple
     if not plan.any_film:
         refresh(obj, scene)
         return None
-    folder = ensure_folder(Path(bpy.path.abspath(makeup.folder)))
     request = _request(obj, plan)
+    folder = ensure_folder(Path(bpy.path.abspath(makeup.folder)))
     baked = yield from baking(request)
     files = _write(obj, plan, request, baked, folder)
     _use(obj, files)

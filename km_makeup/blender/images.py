@@ -81,12 +81,20 @@ def image_from_map(name: str, values: NDArray) -> bpy.types.Image:
     return image
 
 
-def load_map(path: str) -> bpy.types.Image:
+def load_map(path: str, channel: str, values: NDArray) -> bpy.types.Image:
     """The image file as a Non-Color cosmetic map, packed so that painting on it cannot be lost.
 
-    The image that is already in the file is taken where there is one.
+    ``values`` (height, width) are the file's now: the image that is already in the .blend is taken where its
+    ``channel`` holds them. One that was painted on since, or is older than the file, stays as it is, and the
+    file comes in beside it.
     """
-    image = bpy.data.images.load(path, check_existing=True)
+    for image in bpy.data.images:
+        same_file = image.filepath and bpy.path.abspath(image.filepath) == path and min(image.size) > 0
+        if not same_file or image.colorspace_settings.name != "Non-Color":
+            continue
+        if np.array_equal(map_values(image, channel), values):
+            return image
+    image = bpy.data.images.load(path)
     image.colorspace_settings.name = "Non-Color"
     if not image.packed_file:
         image.pack()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
 from pathlib import Path
 
 import bpy
@@ -14,11 +16,14 @@ from ..makeup import Layer, Look, interface_of
 from ..makeup.maps import check_same_size
 from . import images
 from .library import library
-from .makeup import set_up
-from .update import one_update
+from .makeup import remove, set_up
+from .update import one_update, paused
 
 WHOLE = 64
 """Size in texels of the map of a layer that covers the whole face and has no image of its own, if no other map sets one."""
+
+
+LAYER_FIELDS = ("name", "product", "thickness_um", "strength", "enabled", "channel", "switch", "map")
 
 
 def apply_look(obj: bpy.types.Object, look: Look) -> None:
@@ -32,9 +37,9 @@ def apply_look(obj: bpy.types.Object, look: Look) -> None:
     paths = [look.map_path(layer) for layer in look.layers]
     values = {i: read_map(path, layer.channel) for i, (path, layer) in enumerate(zip(paths, look.layers)) if path}
     shape = check_same_size([(str(paths[i]), v) for i, v in values.items()]) if values else (WHOLE, WHOLE)
-    if not obj.km_makeup.slots:
-        set_up(obj)
-    with one_update(obj):
+    with _all_or_nothing(obj), one_update(obj):
+        if not obj.km_makeup.slots:
+            set_up(obj)
         obj.km_makeup.layers.clear()
         for i, (layer, product) in enumerate(zip(look.layers, products)):
             entry = obj.km_makeup.layers.add()
@@ -42,9 +47,36 @@ def apply_look(obj: bpy.types.Object, look: Look) -> None:
             entry.thickness_um = product.thickness_um if np.isnan(layer.thickness_um) else layer.thickness_um
             entry.strength, entry.enabled, entry.channel = layer.strength, layer.enabled, layer.channel
             path = paths[i]
-            entry.map = images.load_map(str(path.resolve())) if path else _whole(f"Whole {product.name}", shape)
+            entry.map = (
+                images.load_map(str(path.resolve()), layer.channel, values[i])
+                if path
+                else _whole(f"Whole {product.name}", shape)
+            )
         obj.km_makeup.path = "LIVE"
         obj.km_makeup["look"] = look.name
+
+
+@contextlib.contextmanager
+def _all_or_nothing(obj: bpy.types.Object) -> Iterator[None]:
+    """Layers, slots and images are as before where the block ends in a MakeupError."""
+    makeup = obj.km_makeup
+    layers = [{field: getattr(entry, field) for field in LAYER_FIELDS} for entry in makeup.layers]
+    path, had_slots, images_before = makeup.path, bool(makeup.slots), set(bpy.data.images)
+    try:
+        yield
+    except MakeupError:
+        with paused():
+            makeup.layers.clear()
+            for fields in layers:
+                entry = makeup.layers.add()
+                for field, value in fields.items():
+                    setattr(entry, field, value)
+            makeup.path = path
+            if not had_slots:
+                remove(obj, keep_layers=True)
+        for image in set(bpy.data.images) - images_before:
+            bpy.data.images.remove(image)
+        raise
 
 
 def _whole(name: str, shape: tuple[int, int]) -> bpy.types.Image:

@@ -171,8 +171,8 @@ class KM_OT_load_map(_Makeup, bpy.types.Operator, ImportHelper):
         from . import images
 
         layer = obj.km_makeup.layers[obj.km_makeup.active]
-        read_map(Path(self.filepath), layer.channel)
-        layer.map = images.load_map(self.filepath)
+        path = Path(bpy.path.abspath(self.filepath)).resolve()
+        layer.map = images.load_map(str(path), layer.channel, read_map(path, layer.channel))
 
 
 class KM_OT_load_look(_Makeup, bpy.types.Operator, ImportHelper):

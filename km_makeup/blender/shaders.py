@@ -8,7 +8,8 @@
 | Subsurface Radius | EEVEE: times the square root of the skin's share, per channel; Cycles: kept |
 | Subsurface Weight | kept; in Cycles the films' own light gets a closure with weight 0 |
 | Coat Weight | fades as films cover the surface |
-| all others (normal, transmission, emission, alpha, sheen, subsurface scale, method, ...) | kept |
+| Normal | a normal map or bump that feeds it fades as films fill pores and creases; other nodes: kept |
+| all others (transmission, emission, alpha, sheen, subsurface scale, method, ...) | kept |
 
 Diffuse and Subsurface Scattering closures get the colour (and radius) only: they have no highlight.
 """
@@ -22,6 +23,7 @@ import bpy
 
 from ..effects import Engine
 from ..errors import MakeupError
+from ..makeup.finish import DETAIL_POWER
 from .nodes.expression import Colour, Scalar, Tree
 
 PRINCIPLED = "ShaderNodeBsdfPrincipled"
@@ -29,6 +31,7 @@ DIFFUSE = "ShaderNodeBsdfDiffuse"
 SUBSURFACE = "ShaderNodeSubsurfaceScattering"
 COLOUR_INPUT = {PRINCIPLED: "Base Color", DIFFUSE: "Color", SUBSURFACE: "Color"}
 
+NORMAL_MAP, BUMP = "ShaderNodeNormalMap", "ShaderNodeBump"
 SHARE_AOV, MASK_AOV = "KM Share", "KM Mask"
 
 MakeupNode = Callable[[bpy.types.NodeTree], bpy.types.Node]
@@ -153,8 +156,11 @@ def _cover(node: bpy.types.Node, makeup: MakeupNode, form: Closures) -> None:
     group.location = (node.location.x - 260, node.location.y)
     _hand_on(node.inputs[COLOUR_INPUT[node.bl_idname]], group.inputs["Skin"])
     total, film, skin = (Colour(tree, group.outputs[name]) for name in ("Colour", "Film", "Skin"))
-    if node.bl_idname == PRINCIPLED and "Finish" in group.outputs:
-        _finish(tree, node, Colour(tree, group.outputs["Finish"]))
+    if "Finish" in group.outputs:
+        finish = Colour(tree, group.outputs["Finish"])
+        _fill(tree, node, finish)
+        if node.bl_idname == PRINCIPLED:
+            _finish(tree, node, finish)
     if not _scatters(node):
         tree.feed(node.inputs[COLOUR_INPUT[node.bl_idname]], total)
     elif form is Closures.SCREEN:
@@ -207,6 +213,18 @@ def _finish(tree: Tree, node: bpy.types.Node, finish: Colour) -> None:
     coat = node.inputs["Coat Weight"]
     if coat.is_linked or coat.default_value > 0:
         tree.feed(coat, share * _scalar(tree, coat))
+
+
+def _fill(tree: Tree, node: bpy.types.Node, finish: Colour) -> None:
+    """Pores and creases of a normal or bump map fade as films fill them (`makeup.finish`)."""
+    detail = _source(node.inputs["Normal"])
+    if detail is None or detail.bl_idname not in (NORMAL_MAP, BUMP):
+        return
+    filled = copy_node(detail)
+    strength = filled.inputs["Strength"]
+    share = finish.channels()[0]
+    tree.feed(strength, _scalar(tree, strength) * share.power(DETAIL_POWER))
+    tree.tree.links.new(filled.outputs["Normal"], node.inputs["Normal"])
 
 
 def _shrink_radius(tree: Tree, node: bpy.types.Node, factor: Colour) -> None:

@@ -3,7 +3,8 @@
 A film that is thick against the relief of the skin's surface shows its own surface, a thinner one lets
 the skin's through: it covers the share ``1 - exp(-X/d)`` of it, d being the depth of the fine relief. The
 lobes are joined by their slope variance alpha^2 = roughness^4 (GGX and Beckmann alike: variances of
-slopes add by their weights) and by F0.
+slopes add by their weights) and by F0. Pores and creases are deeper and fill more slowly (Huang et al. 2013,
+section 3.3).
 """
 
 from __future__ import annotations
@@ -16,6 +17,13 @@ from numpy.typing import NDArray
 
 RELIEF_DEPTH_MM = 0.005
 """Depth d in mm. Chosen, not measured: the roughness of skin within a furrow's plateau is a few micrometres."""
+
+
+DETAIL_DEPTH_MM = 0.03
+"""Depth in mm of the pores and creases that a normal or bump map shows. Chosen, not measured: tens of micrometres."""
+
+DETAIL_POWER = RELIEF_DEPTH_MM / DETAIL_DEPTH_MM
+"""What is left of that detail under films of joint thickness X is exp(-X/DETAIL_DEPTH) = share^DETAIL_POWER."""
 
 
 class Gloss(NamedTuple):

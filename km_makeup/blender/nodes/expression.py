@@ -63,6 +63,10 @@ class Scalar(Socket):
         """e to this power."""
         return self._math("EXPONENT")
 
+    def power(self, exponent: Scalar | Number) -> Scalar:
+        """This to a power; 0 stays 0."""
+        return self._math("POWER", exponent)
+
     def clamped(self) -> Scalar:
         """Limited to 0..1."""
         return self._math("ADD", 0.0, clamp=True)
