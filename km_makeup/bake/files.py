@@ -106,6 +106,23 @@ def _write_exr(file: Path, path: Path, pixels: NDArray, half: bool, metadata: Ma
     message = target.geterror() if not good else ""
     if not target.close() or not good:
         raise MakeupError(f"Cannot write {path} ({message.strip() or target.geterror()}); is the disk full?")
+    _check_end(oiio, file, path)
+
+
+def _check_end(oiio: ModuleType, file: Path, path: Path) -> None:
+    """MakeupError where the last rows of a file just written cannot be read.
+
+    What a full disk refuses at the very end, when the file is closed, OpenImageIO does not report.
+    """
+    source = oiio.ImageInput.open(str(file))
+    whole = False
+    if source is not None:
+        spec = source.spec()
+        whole = source.read_scanlines(spec.height - 1, spec.height, 0, 0, spec.nchannels) is not None
+        source.geterror()
+        source.close()
+    if not whole:
+        raise MakeupError(f"Cannot write {path}: it ends too early; is the disk full?")
 
 
 def write_png(path: Path, pixels: NDArray) -> None:
@@ -122,3 +139,4 @@ def write_png(path: Path, pixels: NDArray) -> None:
         ):
             raise MakeupError(f"Cannot write {path} ({oiio.geterror().strip()}); check the folder and the free space.")
         target.close()
+        _check_end(oiio, temporary, Path(path))

@@ -137,7 +137,8 @@ def tree_lines(tree, exact: bool = True) -> Iterator[str]:
     """A node tree as text: nodes with their settings and values, then links. Not exact: without places and numbers."""
     for node in sorted(tree.nodes, key=lambda n: n.name):
         yield f"{node.name}: {node.bl_idname}{_settings(node, exact)}"
-        for socket in node.inputs:
+        plain = exact or not node.bl_idname.startswith(("ShaderNodeBsdf", "ShaderNodeSubsurface", "ShaderNodeOutput"))
+        for socket in node.inputs if plain else ():
             if not socket.is_linked and hasattr(socket, "default_value") and socket.enabled:
                 yield f"  {socket.identifier} = {_value(socket.default_value)}"
     yield from sorted(

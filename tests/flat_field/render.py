@@ -115,7 +115,7 @@ class Maps:
 def make_up(obj: bpy.types.Object, case: dict[str, Any], path: str, maps: Maps) -> None:
     """Put the case's films on the tile through a look, by one colour path."""
     from km_makeup.blender import baking, looks
-    from km_makeup.blender.update import one_update, paused
+    from km_makeup.blender.update import paused
     from km_makeup.makeup import Layer, Look
 
     layers = tuple(Layer(f["product"], f["thickness_um"], maps.path(f["value"])) for f in case["films"])
@@ -123,8 +123,6 @@ def make_up(obj: bpy.types.Object, case: dict[str, Any], path: str, maps: Maps) 
         obj.km_makeup.finish = "OFF"
     looks.apply_look(obj, Look(case["name"], layers))
     if path == "live":
-        with one_update(obj):
-            obj.km_makeup.path = "LIVE"
         return
     with paused():
         obj.km_makeup.folder = str(maps.folder / path)
