@@ -1,7 +1,7 @@
 """How the reflectance of a film moves with its absorption, its scattering and its backing.
 
-Derivatives to ln K and ln S, for conditions, standard errors and least squares. They are right to a few times
-eps in absolute terms, which is all those uses ask for.
+Derivatives to ln K and ln S, for conditions, standard errors and least squares. They are right to some
+eps (1 + K X + S X) in absolute terms, which is all those uses ask for.
 """
 
 from __future__ import annotations

@@ -144,16 +144,16 @@ def test_readings_a_little_beyond_zero_or_one_by_noise_are_taken() -> None:
 
 def test_smoothness_lends_determined_wavelengths_to_the_others() -> None:
     """One thin film on black and one opaque: what the paper measures; the prior makes it usable."""
-    wave = np.linspace(0, 1, 81)
+    wave = np.linspace(0.3, 0.7, 33)
     K = np.exp(1 + 2 * np.sin(6 * wave)) * np.array([[0.1], [1.0], [3.0]])
     S = np.exp(3 - wave) * np.ones((3, 1))
     thin, R_g = np.array([0.15, np.inf]), np.full((2, 1, 1), 0.05)
-    R = readings(K, S, thin, R_g, None) + np.random.default_rng(5).normal(0, 0.003, (2, 3, 81))
+    R = readings(K, S, thin, R_g, None) + np.random.default_rng(5).normal(0, 0.003, (2, 3, 33))
     alone = invert_films(R, R_g, thin, noise=0.003)
     smooth = invert_films(R, R_g, thin, noise=0.003, smoothness=0.03)
     error_alone, error_smooth = (np.median(np.abs(np.log(f.S / S)), axis=1) for f in (alone, smooth))
     assert np.all(error_smooth[:2] < error_alone[:2])
-    assert error_smooth[1] < 0.5 * error_alone[1]
+    assert error_smooth[1] < 0.7 * error_alone[1]
     assert np.all(smooth.status == Status.OK)
     relative_alone, relative_smooth = (np.median(f.S_error / f.S, axis=1) for f in (alone, smooth))
     assert np.all(relative_smooth < relative_alone)
