@@ -6,11 +6,26 @@ import numpy as np
 import pytest
 
 from km_makeup.errors import MakeupError
+from km_makeup.optics import fresnel_diffuse
 from km_makeup.products.formulation import LIGHTS, formulate, seen_over
 from km_makeup.products.pigment import mix_pigments
 from km_makeup.spectra import delta_e, reference_skins, to_rgb
 
 OXIDES = ["iron-oxide-red", "iron-oxide-yellow", "carbon-black"]
+
+
+def test_a_film_over_skin_is_kubelkas_printed_equation_under_saundersons_interface() -> None:
+    K, S, X, k1 = 12.0, 25.0, 0.03, (0.45 / 2.45) ** 2
+    k2 = float(fresnel_diffuse(1.45).internal)
+    skin = 0.4
+    inside = skin / ((1 - k1) * (1 - k2) + k2 * skin)
+    a = 1 + K / S
+    b = np.sqrt(a * a - 1)
+    coth = 1 / np.tanh(b * S * X)
+    film = (1 - inside * (a - b * coth)) / (a - inside + b * coth)  # Kubelka 1948, Eq 20
+    expected = (1 - k1) * (1 - k2) * film / (1 - k2 * film)  # Saunderson 1942, without the first reflection
+    seen = seen_over(np.full(81, K), np.full(81, S), 30.0, np.full(81, skin))
+    assert np.allclose(seen, expected, rtol=1e-12)
 
 
 def test_a_recipe_comes_back_from_its_masstone() -> None:

@@ -260,6 +260,14 @@ def test_a_broken_file_gives_one_sentence_with_its_name_and_no_wait(tmp_path: Pa
     assert file.read_bytes() == BROKEN[family][kind]
 
 
+@pytest.mark.parametrize("kind", ["bomb", "outside entity", "doctype alone"])
+def test_a_document_type_is_refused_before_anything_is_expanded(tmp_path: Path, kind: str) -> None:
+    file = tmp_path / "measurement.xml"
+    file.write_bytes(BROKEN["xml"][kind])
+    with pytest.raises(MakeupError, match="declares a document type or entities"):
+        read_spectra(file)
+
+
 def test_a_huge_file_is_refused_unread(tmp_path: Path) -> None:
     file = tmp_path / "huge.csv"
     with file.open("wb") as handle:

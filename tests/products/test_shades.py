@@ -9,7 +9,7 @@ from km_makeup.errors import MakeupError
 from km_makeup.products import Library
 from km_makeup.products.formulation import seen_over
 from km_makeup.products.shades import Undertone, find_shades, skin_colour
-from km_makeup.spectra import reference_skins, to_rgb
+from km_makeup.spectra import delta_e, reference_skins, to_rgb
 
 LIBRARY = Library.shipped()
 
@@ -29,6 +29,17 @@ def test_light_skin_gets_a_light_shade_and_deep_skin_a_deep_one_from_spectrum_or
     for form in (lambda skin: skin, to_rgb, lambda skin: np.tile(to_rgb(skin), (7, 1))):
         assert find_shades(form(skins["light"]), LIBRARY)[0].product.id in ("foundation-fair", "foundation-light")
         assert find_shades(form(skins["deep"]), LIBRARY)[0].product.id in ("foundation-tan", "foundation-deep")
+
+
+def test_differences_are_those_of_the_worn_and_of_the_opaque_film() -> None:
+    skin = reference_skins()["deep"]
+    shade = find_shades(skin, LIBRARY, count=1)[0]
+    K, S = shade.product.K, shade.product.S
+    for found, thickness in ((shade.worn, shade.product.thickness_um), (shade.opaque, np.inf)):
+        for light, value in found.items():
+            seen = to_rgb(seen_over(K, S, thickness, skin), light)
+            assert value == pytest.approx(float(delta_e(seen, to_rgb(skin, light))))
+    assert shade.opaque["D65"] > shade.worn["D65"]
 
 
 def test_a_shade_that_fits_changes_the_skin_little_when_worn() -> None:
