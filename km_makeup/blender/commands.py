@@ -10,7 +10,7 @@ import bpy
 
 from ..effects import Engine
 from ..errors import MakeupError
-from ..files import ensure_folder
+from ..files import ensure_folder, replacing
 from ..jobs import BakeJob, HeadJob, RenderJob, RenderResult
 from . import baking, looks, makeup, register, rendering, studio
 from .doctor import Finding, examine
@@ -41,12 +41,15 @@ def run_render(job: RenderJob) -> RenderResult:
     for target in job.targets.values():
         rendering.check_format(target)
         ensure_folder(target.parent)
+    if job.save:
+        ensure_folder(job.save.parent)
     obj = _prepare(job.head, job.bare)
+    cameras, failed = _cameras(obj, list(job.targets))
     _colour(obj, job)
-    pictures, failed = [], {}
-    for view, target in job.targets.items():
+    pictures = []
+    for view, camera in cameras.items():
+        target = job.targets[view]
         try:
-            camera = studio.camera_for(obj, view)
             log.info("render: %s, %s, %dx%d, %d samples", view, job.engine, *job.size, job.samples)
             shot = rendering.Shot(camera, Engine[job.engine.upper()], job.size, job.samples, job.seed, target)
             seconds = rendering.render(bpy.context.scene, shot)
@@ -58,9 +61,33 @@ def run_render(job: RenderJob) -> RenderResult:
         log.info("wrote %s in %.1f s", target, seconds)
         pictures.append((view, target, seconds))
     if job.save:
-        bpy.ops.wm.save_as_mainfile(filepath=str(job.save.resolve()), copy=True)
-        log.info("saved %s", job.save)
+        _save(job.save)
     return RenderResult(pictures, failed)
+
+
+def _cameras(obj: bpy.types.Object, views: list[str]) -> tuple[dict[str, bpy.types.Object], dict[str, str]]:
+    """The cameras of the views, and of those that cannot be had the reason; MakeupError where that is all of them."""
+    cameras, failed = {}, {}
+    for view in views:
+        try:
+            cameras[view] = studio.camera_for(obj, view)
+        except MakeupError as error:
+            failed[view] = str(error)
+            if len(failed) == len(views):
+                raise
+    return cameras, failed
+
+
+def _save(path: Path) -> None:
+    """Save the scene as a .blend, whole or not at all."""
+    with replacing(path.resolve()) as temporary:
+        temporary.unlink()  # Blender would keep it as a backup
+        try:
+            bpy.ops.wm.save_as_mainfile(filepath=str(temporary), copy=True)
+        except RuntimeError as error:
+            reason = str(error).strip().removeprefix("Error: ")
+            raise MakeupError(f"Cannot save {path} ({reason}); is the disk full?") from None
+    log.info("saved %s", path)
 
 
 def run_bake(job: BakeJob) -> tuple[dict[str, Path], float]:
