@@ -36,6 +36,7 @@ def arguments() -> argparse.Namespace:
     )
     parser.add_argument("--view", default="three-quarter", help="camera (default: three-quarter)")
     parser.add_argument("--looks", default=",".join(LOOKS), help="looks to render, with commas (default: day,evening)")
+    parser.add_argument("--readme", action="store_true", help="also write the sheet that README.md shows")
     return parser.parse_args()
 
 
@@ -104,6 +105,8 @@ def run(options: argparse.Namespace) -> int:
     makeup.remove(head)
     picture("bare-cycles", "bare skin, Cycles", Engine.CYCLES)
     sheet = sheets.contact_sheet(pictures, out / "contact-sheet.png", columns=len(pictures))
+    if options.readme:
+        sheets.contact_sheet(pictures, HERE / "contact-sheet.png", columns=len(pictures))
     print("\nseconds  step")
     for what, seconds in times:
         print(f"{seconds:7.2f}  {what}")
