@@ -273,13 +273,13 @@ def _minimise_smooth(theta: Array, data: _Readings, prior: Array) -> Array:
         new = system(trial)
         better = new[0] <= cost
         wide = np.repeat(better, count)
-        settled = np.all(~better | (cost - new[0] <= 1e-12 * cost))
+        settled = np.abs(cost - new[0]) <= 1e-11 * cost
         theta = np.where(wide, trial, theta)
         cost = np.where(better, new[0], cost)
         gradient = np.where(better[:, None], new[1], gradient)
         normal = np.where(better[:, None, None], new[2], normal)
         damping = np.clip(np.where(better, damping / 8, damping * 4), 1e-12, 1e12)
-        if settled and np.all(better | (damping > 1e6)):
+        if np.all(settled):
             break
     return theta
 
