@@ -24,11 +24,11 @@ def main() -> int:
     parser.add_argument(
         "--out", type=Path, default=HERE, help="folder for head.blend and looks/ (default: sample_blend)"
     )
-    parser.add_argument("--quick", action="store_true", help="albedo 512, for a look at the shape")
+    parser.add_argument("--quick", action="store_true", help="albedo 512 texels wide, for a look at the shape")
     arguments = parser.parse_args()
     os.environ.setdefault("BLENDER_USER_RESOURCES", tempfile.mkdtemp(prefix="km-makeup-"))
     sys.path.insert(0, str(HERE))
-    from head import atlas, maps, mesh, scene, textures
+    from head import atlas, ear, maps, mesh, scene, textures
 
     start = time.perf_counter()
 
@@ -37,20 +37,28 @@ def main() -> int:
 
     say("laying the mesh on the anatomy")
     half = mesh.build()
+    ear.add(half)
     whole = mesh.mirrored(half)
     say(f"{len(whole.vertices)} vertices, {len(whole.faces)} faces; cosmetic maps")
     arguments.out.mkdir(parents=True, exist_ok=True)
     maps.write(atlas.make(half, 1024), arguments.out / "looks")
     say("skin and eye pictures")
-    skin = textures.albedo(atlas.make(half, 512 if arguments.quick else 2048), CHROMOPHORES)
+    tile = atlas.make(half, 512 if arguments.quick else 2048)
+    skin, detail = textures.albedo(tile, CHROMOPHORES), textures.detail(tile)
     eye = textures.eye()
     say("scene")
     import bpy
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     with tempfile.TemporaryDirectory() as folder:
-        scene.head(whole, scene.picture("skin-albedo", skin, Path(folder)))
+        pictures = Path(folder)
+        scene.head(
+            whole,
+            scene.picture("skin-albedo", skin, pictures),
+            scene.picture("skin-detail", detail, pictures, colour=False),
+        )
         scene.eyes(scene.picture("eye", eye, Path(folder)))
+        scene.hair(half)
         scene.studio()
         scene.cameras()
         scene.settings()

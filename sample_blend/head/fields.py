@@ -47,8 +47,8 @@ def upper_lid(atlas: Atlas, reach: float = 13.0) -> np.ndarray:
     """The moving lid and a little over its crease, strongest at the lashes, drawn out at the outer corner."""
     x, y, z = np.moveaxis(atlas.position, -1, 0)
     line = surface.curve(anatomy.LID_UPPER, 60)
-    margin = np.interp(x, line[:, 0], line[:, 1], left=-3.0, right=0.6)
-    margin = margin + np.clip(x - 44.6, 0, 8) * 0.55
+    margin = np.interp(x, line[:, 0], line[:, 1], left=-3.0, right=0.8)
+    margin = margin + np.clip(x - 45.6, 0, 8) * 0.55
     height = y - margin
     body = smooth(height, -0.8, 0.4) * (1 - smooth(height, reach * 0.45, reach))
     sides = smooth(x, 15.0, 22.0) * (1 - smooth(x, 44.0, 53.5)) * smooth(z, 40, 55)

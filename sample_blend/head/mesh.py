@@ -15,13 +15,15 @@ from . import anatomy, surface
 COLUMNS_FRONT, COLUMNS_BACK = 40, 16
 # front (y, z), back (y, z), half width, rows since the previous line, height in UV
 SECTIONS = (
-    ((-188, 27), (-182, -80), 66, 0, 0.02),
-    ((-114, 30), (-85, -64), 51, 14, 0.14),
-    ((-104.5, 76), (-70, -66), 45, 12, 0.22),
-    ((-99, 89), (-62, -67), 50, 5, 0.26),
-    ((-60, 97), (-45, -72), 60, 20, 0.43),
-    ((-40, 98), (-30, -78), 64, 10, 0.515),
-    ((0, 93), (0, -88), 69, 20, 0.665),
+    ((-262, 62), (-250, -118), 168, 0, 0.095),
+    ((-222, 40), (-212, -104), 118, 8, 0.115),
+    ((-188, 27), (-180, -84), 70, 8, 0.135),
+    ((-114, 30), (-85, -64), 50, 14, 0.19),
+    ((-104.5, 76), (-70, -66), 45, 12, 0.245),
+    ((-99, 89), (-62, -67), 50, 5, 0.28),
+    ((-60, 97), (-45, -72), 60, 20, 0.445),
+    ((-40, 98), (-30, -78), 64, 10, 0.525),
+    ((0, 93), (0, -88), 69, 20, 0.675),
     ((73, 81), (60, -88), 72, 30, 0.93),
     ((100, 52), (92, -68), 52, 9, 0.965),
 )
@@ -190,7 +192,7 @@ def _eye(b: Builder, block) -> None:
         ])
         for o in outer
     ]  # fmt: skip
-    count = 11
+    count = 16
     lists = [], [], [], [], []
     for k in range(1, count + 1):
         t = (k / count) ** 0.85
@@ -265,7 +267,7 @@ def _quadratic(rails, t: float) -> np.ndarray:
 
 def _nostril(b: Builder, block) -> None:
     up, low = b.perimeter(block)
-    normal = np.array([0.10, -0.80, 0.58])
+    normal = np.array([0.12, -0.86, 0.48])
     normal /= np.linalg.norm(normal)
     along = np.array([-0.42, 0.0, 1.0])
     along -= normal * (along @ normal)
@@ -281,7 +283,7 @@ def _nostril(b: Builder, block) -> None:
         a = np.pi * (1 - np.arange(n) / (n - 1))
         return anatomy.NOSTRIL + shift + np.outer(np.cos(a) * width, side) + np.outer(sign * np.sin(a) * length, along)
 
-    rim = [surface.project(oval(len(p), s, 4.6, 2.5, 0), 6) for p, s in ((up, 1), (low, -1))]
+    rim = [surface.project(oval(len(p), s, 4.4, 2.5, 0), 6) for p, s in ((up, 1), (low, -1))]
     lists = [], [], [], [], []
     for k, t in enumerate((0.45, 0.8, 1.0)):
         uv = tuple(_lerp(e, _lerp(middle, e, 0.45), t) for e in edge_uv)

@@ -41,19 +41,22 @@ def _material(name: str) -> tuple[bpy.types.Material, bpy.types.Node]:
     return material, material.node_tree.nodes["Principled BSDF"]
 
 
-def skin_material(albedo: bpy.types.Image) -> bpy.types.Material:
-    """Principled skin: albedo texture, random walk subsurface in millimetres, procedural pores as a bump."""
+def skin_material(albedo: bpy.types.Image, detail: bpy.types.Image) -> bpy.types.Material:
+    """Principled skin: albedo, random walk subsurface in millimetres, roughness and creases by map, pores by formula."""
     material, shader = _material("Skin")
     tree = material.node_tree
-    texture = tree.nodes.new("ShaderNodeTexImage")
-    texture.name = texture.label = "Albedo"
-    texture.image = albedo
-    texture.location = (-700, 300)
     uv = tree.nodes.new("ShaderNodeUVMap")
     uv.uv_map = "UVMap"
-    uv.location = (-900, 300)
-    tree.links.new(uv.outputs["UV"], texture.inputs["Vector"])
-    tree.links.new(texture.outputs["Color"], shader.inputs["Base Color"])
+    uv.location = (-1300, 200)
+    textures = []
+    for name, image, y in (("Albedo", albedo, 300), ("Detail", detail, -50)):
+        texture = tree.nodes.new("ShaderNodeTexImage")
+        texture.name = texture.label = name
+        texture.image = image
+        texture.location = (-1050, y)
+        tree.links.new(uv.outputs["UV"], texture.inputs["Vector"])
+        textures.append(texture)
+    tree.links.new(textures[0].outputs["Color"], shader.inputs["Base Color"])
     shader.subsurface_method = "RANDOM_WALK_SKIN"
     values = {
         "Metallic": 0.0,
@@ -67,34 +70,40 @@ def skin_material(albedo: bpy.types.Image) -> bpy.types.Material:
     }
     for name, value in values.items():
         shader.inputs[name].default_value = value
-    _pores(tree, shader)
+    _relief(tree, shader, textures[1])
     return material
 
 
-def _pores(tree, shader) -> None:
-    where = tree.nodes.new("ShaderNodeTexCoord")
-    where.location = (-1100, -200)
-    cells = tree.nodes.new("ShaderNodeTexVoronoi")
-    cells.inputs["Scale"].default_value = 1700.0  # about 0.6 mm a cell
-    cells.location = (-900, -120)
-    fine = tree.nodes.new("ShaderNodeTexNoise")
-    fine.inputs["Scale"].default_value = 900.0
-    fine.inputs["Detail"].default_value = 3.0
-    fine.location = (-900, -420)
-    add = tree.nodes.new("ShaderNodeMath")
-    add.operation = "MULTIPLY_ADD"
-    add.inputs[1].default_value = 0.5
-    add.location = (-650, -250)
-    bump = tree.nodes.new("ShaderNodeBump")
-    bump.inputs["Strength"].default_value = 0.55
-    bump.inputs["Distance"].default_value = 0.00012
-    bump.location = (-350, -250)
+def _relief(tree, shader, detail) -> None:
+    """Roughness (red), creases (green, 0.4 mm in all) and pores (blue scales them) from the detail map."""
+
+    def node(kind: str, x: float, y: float, **inputs):
+        made = tree.nodes.new(kind)
+        made.location = (x, y)
+        for name, value in inputs.items():
+            made.inputs[name].default_value = value
+        return made
+
+    split = node("ShaderNodeSeparateColor", -760, -50)
+    tree.links.new(detail.outputs["Color"], split.inputs[0])
+    tree.links.new(split.outputs[0], shader.inputs["Roughness"])
+    where = node("ShaderNodeTexCoord", -1300, -400)
+    cells = node("ShaderNodeTexVoronoi", -1050, -350, Scale=1500.0)  # about 0.7 mm a cell
     tree.links.new(where.outputs["Object"], cells.inputs["Vector"])
-    tree.links.new(where.outputs["Object"], fine.inputs["Vector"])
-    tree.links.new(fine.outputs["Fac"], add.inputs[0])
-    tree.links.new(cells.outputs["Distance"], add.inputs[2])
-    tree.links.new(add.outputs[0], bump.inputs["Height"])
-    tree.links.new(bump.outputs["Normal"], shader.inputs["Normal"])
+    pit = node("ShaderNodeMapRange", -800, -350)  # a pit in the middle of every cell, flat ground between
+    pit.inputs["From Max"].default_value = 0.45
+    pit.interpolation_type = "SMOOTHSTEP"
+    tree.links.new(cells.outputs["Distance"], pit.inputs["Value"])
+    scaled = node("ShaderNodeMath", -400, -300)
+    scaled.operation = "MULTIPLY"
+    tree.links.new(pit.outputs[0], scaled.inputs[0])
+    tree.links.new(split.outputs[2], scaled.inputs[1])
+    creases = node("ShaderNodeBump", -400, -80, Strength=1.0, Distance=0.0004)
+    tree.links.new(split.outputs[1], creases.inputs["Height"])
+    pores = node("ShaderNodeBump", -200, -200, Strength=1.0, Distance=0.00004)
+    tree.links.new(scaled.outputs[0], pores.inputs["Height"])
+    tree.links.new(creases.outputs["Normal"], pores.inputs["Normal"])
+    tree.links.new(pores.outputs["Normal"], shader.inputs["Normal"])
 
 
 def mesh_object(name: str, vertices: np.ndarray, faces, corner_uv=None) -> bpy.types.Object:
@@ -112,9 +121,9 @@ def mesh_object(name: str, vertices: np.ndarray, faces, corner_uv=None) -> bpy.t
     return result
 
 
-def head(mesh: Mesh, albedo: bpy.types.Image) -> bpy.types.Object:
+def head(mesh: Mesh, albedo: bpy.types.Image, detail: bpy.types.Image) -> bpy.types.Object:
     result = mesh_object("Head", metres(mesh.vertices), mesh.faces, mesh.corner_uv)
-    result.data.materials.append(skin_material(albedo))
+    result.data.materials.append(skin_material(albedo, detail))
     modifier = result.modifiers.new("Subdivision", "SUBSURF")
     modifier.levels = modifier.render_levels = 1
     return result
@@ -122,7 +131,7 @@ def head(mesh: Mesh, albedo: bpy.types.Image) -> bpy.types.Object:
 
 def _ball(radius: float, bulge: float, front: float = -1.0) -> tuple[np.ndarray, list, list]:
     """A sphere (mm) whose pole looks forward, with a corneal bulge or an iris dish; planar UV from the front."""
-    rings, sectors = 40, 48
+    rings, sectors = (40, 48) if bulge else (12, 16)
     theta = np.linspace(0, np.pi, rings + 1) ** 1.0
     points, faces = [], []
     for t in theta:
@@ -151,7 +160,13 @@ def eyes(image: bpy.types.Image) -> None:
     shader.inputs["Roughness"].default_value = 0.5
     shader.inputs["Specular IOR Level"].default_value = 0.0
     clear = _cornea_material()
+    corner, pink = _material("Caruncle")
+    pink.inputs["Base Color"].default_value = (0.52, 0.22, 0.17, 1)
+    pink.inputs["Roughness"].default_value = 0.25
+    lump, lump_faces, _ = _ball(1.0, 0.0)
     for side, letter in ((1, "L"), (-1, "R")):
+        at = (anatomy.CANTHUS_INNER + [1.9, -0.3, -1.9]) * [side, 1, 1]
+        mesh_object(f"Caruncle.{letter}", metres(at + lump * [2.2, 1.5, 1.5]), lump_faces).data.materials.append(corner)
         centre = anatomy.EYE_CENTRE * [side, 1, 1]
         turn = np.array([[1, 0, -0.012 * side], [0, 1, 0], [0.012 * side, 0, 1]])  # a look at a camera before the face
         for name, radius, bulge, mat in (
@@ -184,6 +199,79 @@ def _cornea_material() -> bpy.types.Material:
     return material
 
 
+def hair_material(name: str, colour, roughness: float) -> bpy.types.Material:
+    material, shader = _material(name)
+    shader.inputs["Base Color"].default_value = (*colour, 1)
+    shader.inputs["Roughness"].default_value = roughness
+    shader.inputs["Specular IOR Level"].default_value = 0.35
+    return material
+
+
+def _cap_material() -> bpy.types.Material:
+    """Combed hair by formula: noise drawn out along the meridians that meet at the knot."""
+    material = hair_material("Hair cap", (0.024, 0.013, 0.008), 0.45)
+    tree = material.node_tree
+    shader = tree.nodes["Principled BSDF"]
+
+    def node(kind: str, **inputs):
+        made = tree.nodes.new(kind)
+        for name, value in inputs.items():
+            made.inputs[name].default_value = value
+        return made
+
+    where, parts = node("ShaderNodeTexCoord"), node("ShaderNodeSeparateXYZ")
+    tree.links.new(where.outputs["Object"], parts.inputs[0])
+    up = node("ShaderNodeMath")
+    up.inputs[1].default_value = -0.015
+    angle = node("ShaderNodeMath")
+    angle.operation = "ARCTAN2"
+    tree.links.new(parts.outputs["Z"], up.inputs[0])
+    tree.links.new(parts.outputs["X"], angle.inputs[0])
+    tree.links.new(up.outputs[0], angle.inputs[1])
+    stretch = node("ShaderNodeMath")
+    stretch.operation = "MULTIPLY"
+    stretch.inputs[1].default_value = 6.0
+    tree.links.new(parts.outputs["Y"], stretch.inputs[0])
+    flat = node("ShaderNodeCombineXYZ")
+    tree.links.new(angle.outputs[0], flat.inputs["X"])
+    tree.links.new(stretch.outputs[0], flat.inputs["Y"])
+    noise = node("ShaderNodeTexNoise", Scale=38.0, Detail=4.0, Roughness=0.75)
+    noise.noise_dimensions = "2D"
+    tree.links.new(flat.outputs[0], noise.inputs["Vector"])
+    bump = node("ShaderNodeBump", Strength=1.0, Distance=0.0016)
+    tree.links.new(noise.outputs["Fac"], bump.inputs["Height"])
+    tree.links.new(bump.outputs["Normal"], shader.inputs["Normal"])
+    ramp = node("ShaderNodeValToRGB")
+    ramp.color_ramp.elements[0].position, ramp.color_ramp.elements[0].color = 0.3, (0.008, 0.0045, 0.003, 1)
+    ramp.color_ramp.elements[1].position, ramp.color_ramp.elements[1].color = 0.7, (0.045, 0.025, 0.014, 1)
+    tree.links.new(noise.outputs["Fac"], ramp.inputs["Fac"])
+    tree.links.new(ramp.outputs["Color"], shader.inputs["Base Color"])
+    return material
+
+
+def hair(half) -> None:
+    """Brows, lashes, and hair combed back into a knot over a dark cap."""
+    from . import hair as grown
+
+    dark = hair_material("Hair", (0.030, 0.016, 0.009), 0.42)
+    lash = hair_material("Lash", (0.006, 0.005, 0.0045), 0.6)
+    brow = hair_material("Brow", (0.055, 0.035, 0.023), 0.6)
+    for name, made, material in (
+        ("Brows", grown.both(grown.brow()), brow),
+        ("Lashes", grown.both(grown.lashes(half)), lash),
+        ("Hair", grown.scalp(), dark),
+        ("Knot", grown.knot(), dark),
+    ):
+        points, quads = made.ribbons()
+        mesh_object(name, metres(points), quads).data.materials.append(material)
+    p, faces = grown.cap(half)
+    whole = np.vstack([p, p * [-1, 1, 1]])
+    both = faces + [tuple(v + len(p) for v in f[::-1]) for f in faces]
+    mesh_object("Hair cap", metres(whole), both).data.materials.append(_cap_material())
+    points, ball, _ = _ball(26.0, 0.0)
+    mesh_object("Knot core", metres(points + grown.KNOT + [0, 2, -12]), ball).data.materials.append(dark)
+
+
 def _aim(item: bpy.types.Object, location, target) -> None:
     item.location = location
     item.rotation_euler = (Vector(target) - Vector(location)).to_track_quat("-Z", "Y").to_euler()
@@ -203,9 +291,9 @@ def _area(name: str, location, target, size: float, watts: float, colour=(1, 1, 
 def studio() -> None:
     """Beauty light: a large key above and to the side, a weak fill from below, a rim from behind, a dim grey room."""
     face = (0, -0.08, -0.03)
-    _area("Key", (-0.55, -1.05, 0.65), face, 0.55, 15.0)
-    _area("Fill", (0.75, -0.95, -0.15), face, 0.8, 4.5)
-    _area("Rim", (0.55, 0.75, 0.45), (0, 0, 0), 0.45, 9.0)
+    _area("Key", (-0.55, -1.05, 0.65), face, 0.6, 22.0)
+    _area("Fill", (0.75, -0.95, -0.15), face, 0.8, 6.5)
+    _area("Rim", (0.55, 0.75, 0.45), (0, 0, 0), 0.45, 6.5)
     world = bpy.data.worlds.new("Studio")
     world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.12, 0.12, 0.125, 1)
     bpy.context.scene.world = world
@@ -215,6 +303,8 @@ CAMERAS = {
     # name: location, target, focal length (mm)
     "front": ((0.0, -1.25, -0.005), (0.0, 0.0, -0.02), 118.0),
     "three-quarter": ((0.72, -1.0, 0.0), (0.005, -0.03, -0.022), 118.0),
+    "lips": ((0.09, -0.42, -0.065), (0.004, -0.095, -0.061), 210.0),
+    "eye": ((0.09, -0.40, 0.0), (0.031, -0.07, 0.002), 210.0),
     "close-up": ((0.17, -0.60, -0.055), (0.016, -0.085, -0.048), 150.0),
 }
 

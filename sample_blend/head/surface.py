@@ -63,8 +63,9 @@ def _masses(p: Points) -> np.ndarray:
     d = union(d, capsule(soft, (46, -60, 14), (10, -90, 76), 8, 12), 20)
     d = union(d, capsule(soft, (0, -88, 80), (8, -88, 80), 13), 12)
     q = p * np.array([0.93, 1.0, 1.0])
-    d = union(d, capsule(q, (0, -70, -18), (0, -185, -26), 47, 49), 14)
-    d = union(d, ellipsoid(p, (0, -268, -34), (200, 75, 82)), 60)
+    d = union(d, capsule(q, (0, -70, -18), (0, -185, -26), 46, 46), 14)
+    d = union(d, ellipsoid(p, (0, -275, -36), (195, 78, 84)), 55)
+    d = union(d, capsule(soft, (20, -165, -48), (120, -212, -42), 22, 26), 40)  # trapezius
     return d
 
 
@@ -119,42 +120,84 @@ def _groove(p: Points, line: np.ndarray, sigma: float, depth) -> np.ndarray:
 
 
 def nose(p: Points) -> np.ndarray:
-    d = capsule(p, (0, 10, 80), (0, -10, 91), 7.6, 8.0)
-    d = union(d, capsule(p, (0, -10, 91), (0, -28, 103.5), 8.0, 8.4), 4)
-    d = union(d, ellipsoid(p, (0, -33.5, 106.5), (9.2, 8.2, 9.6)), 5)
-    d = union(d, ellipsoid(p, (4.0, -32.5, 108.0), (5.4, 5.2, 7.0)), 4)
-    d = union(d, ellipsoid(p, (10.8, -37.0, 96.5), (5.2, 6.2, 9.4)), 4.0)  # ala
-    d = union(d, capsule(p, (0, -39, 106), (0, -41.5, 97), 3.3, 4.2), 3.0)  # columella
+    """Bridge, side walls, tip with its two domes, wings and columella."""
+    soft = np.column_stack([np.sqrt(p[:, 0] ** 2 + 4.0), p[:, 1:]])
+    d = capsule(p, (0, 12, 79.5), (0, -10, 92), 6.6, 7.0)
+    d = union(d, capsule(p, (0, -10, 92), (0, -28, 103.5), 7.0, 7.6), 5)
+    d = union(d, capsule(soft, (5.5, -2, 77), (7.8, -24, 88.0), 6.0, 6.8), 8)
+    d = union(d, ellipsoid(p, (0, -33.0, 106.0), (9.0, 7.6, 9.2)), 6)
+    d = union(d, ellipsoid(soft, (4.2, -32.6, 108.2), (5.0, 5.0, 6.6)), 5)
+    wing = _turned(p, (11.6, -36.4, 98.0), 0.36)
+    d = union(d, ellipsoid(wing, (0, 0, 0), (4.9, 6.7, 10.6)), 5.0)
+    d = union(d, capsule(p, (0, -38.6, 106), (0, -41.0, 97), 3.0, 4.2), 4.0)
     return d
 
 
-def skin(p: Points) -> np.ndarray:
-    """The skin's implicit function in mm at points (N, 3): negative inside; lips and lid rims come later."""
-    d = _masses(p) - _correction(p)
+def _turned(p: Points, centre, angle: float) -> Points:
+    """Points in a frame at ``centre`` turned about the vertical, so that +z leans towards the midline."""
+    q = p - np.asarray(centre, float)
+    c, s = np.cos(angle), np.sin(angle)
+    return np.column_stack([c * q[:, 0] + s * q[:, 2], q[:, 1], -s * q[:, 0] + c * q[:, 2]])
+
+
+def body(p: Points) -> np.ndarray:
+    """The bare masses pulled through the landmarks: no nose, lids or folds."""
+    return _masses(p) - _correction(p)
+
+
+def _unfolded(p: Points) -> np.ndarray:
+    """The skin without its folds and furrows."""
+    d = body(p)
     # orbit: hollow between brow, nose and cheek, then the lids over the eyeball
     d = carve(d, ellipsoid(p, anatomy.EYE_CENTRE + [-1, 3.0, 23], (18, 11.5, 14)), 12)
     lids = np.linalg.norm(p - anatomy.EYE_CENTRE, axis=-1) - (anatomy.EYE_RADIUS + anatomy.LID_THICKNESS)
     d = union(d, lids, 5.0)
-    d = union(d, nose(p), 9.0)
-    d = d + _groove(p, _crease_line(), 1.0, 0.9)
-    d = d + _groove(p, _ALAR, 1.4, 1.3)
-    d = d + _groove(p, _PHILTRUM, 2.2, 1.0) - _groove(p, _PHILTRUM + [4.2, 0, 0], 1.5, 0.7)
-    d = d + _groove(p, _NASOLABIAL, 4.0, np.linspace(1.3, 0.3, len(_NASOLABIAL)))
-    return d
+    return union(d, nose(p), 7.0)
 
 
-_ALAR = curve(np.array([(14.0, -30.5, 93), (17.0, -35.0, 91), (17.2, -40.5, 90), (14.0, -44.5, 92.5)]), 14)
-_PHILTRUM = curve(np.array([(0, -45, 101.5), (0, -49, 102), (0, -52.5, 103)]), 8)
-_NASOLABIAL = curve(np.array([(18.5, -35, 89), (24, -43, 87), (28.5, -52, 85), (31, -60, 82)]), 14)
+def skin(p: Points) -> np.ndarray:
+    """The skin's implicit function in mm at points (N, 3): negative inside; lips and lid rims come later."""
+    d = _unfolded(p)
+    for line, sigma, depth in _furrows():
+        d = d + _groove(p, line, sigma, depth)
+    d = d + _stamp(p, (0, -197, 30), (8, 9, 14), 3.5)  # the notch between the collarbones
+    d = d + _stamp(p, (27.0, -60.6, 86.5), (2.6, 3.2, 4.0), 1.6)  # corner of the mouth
+    return d + _stamp(p, (0.0, -77.5, 92.0), (15, 3.2, 8), 1.0)  # mentolabial fold
+
+
+def _ends(count: int, depth: float) -> np.ndarray:
+    return depth * np.sin(np.pi * np.linspace(0.06, 0.94, count)) ** 0.6
 
 
 @lru_cache(maxsize=1)
-def _crease_line() -> np.ndarray:
+def _furrows() -> tuple[tuple[np.ndarray, float, np.ndarray], ...]:
+    """Furrows (depth > 0) and ridges on the skin: line (n, 3), half width (mm), depth (mm) along it."""
+
+    def laid(points, count: int, shift=(0, 0, 0)) -> np.ndarray:
+        return project(curve(np.array(points, float), count) + np.asarray(shift, float), 8, 3.0, _unfolded)
+
     xy = curve(anatomy.CREASE, 28)
-    offset = xy - anatomy.EYE_CENTRE[:2]
-    radius = anatomy.EYE_RADIUS + anatomy.LID_THICKNESS + 0.6
-    z = anatomy.EYE_CENTRE[2] + np.sqrt(np.maximum(radius**2 - (offset**2).sum(-1), 9.0))
-    return np.column_stack([xy, z])
+    crease = np.column_stack([xy, drop(xy, _unfolded)])
+    fold = project(crease + [0.5, 3.2, 1.0], 8, 3.0, _unfolded)
+    alar = laid(
+        [(11.5, -29.5, 99.5), (15.3, -31.5, 93.5), (17.6, -36.0, 90.5), (17.4, -41.0, 89.5), (14.5, -44.5, 92.0)], 14
+    )
+    philtrum = [(0, -44, 99), (0, -48, 100), (0, -52, 101)]
+    nasolabial = laid([(18.5, -35, 89), (24, -43, 87), (28.5, -52, 85), (31, -60, 82)], 14)
+    trough = laid([(17.5, -7.5, 77.5), (22, -12.5, 79.5), (29, -15.5, 79.5), (37, -15.0, 76.5)], 14)
+    mastoid = laid([(58, -48, -18), (48, -90, 4), (32, -140, 18), (12, -190, 29)], 18)
+    clavicle = laid([(9, -200, 34), (40, -203, 34), (80, -200, 14), (125, -200, -18)], 18)
+    return (
+        (crease, 0.75, _ends(28, 1.5)),
+        (fold, 2.2, _ends(28, -1.1)),
+        (alar, 1.2, _ends(14, 1.3)),
+        (laid(philtrum, 8), 1.9, np.full(8, 0.75)),
+        (laid(philtrum, 8, (4.3, 0, 0)), 1.3, np.full(8, -0.5)),
+        (nasolabial, 3.2, _ends(14, 0.7)),
+        (trough, 2.6, _ends(14, 0.6)),
+        (mastoid, 6.5, np.linspace(-0.6, -3.0, 18)),
+        (clavicle, 6.0, _ends(18, -4.5)),
+    )
 
 
 def gradient(p: Points, function=skin, step: float = 0.05) -> np.ndarray:

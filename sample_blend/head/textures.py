@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import anatomy, fields, pigment, surface
+from . import anatomy, fields, hair, pigment, surface
 from .atlas import Atlas
 
 
@@ -16,27 +16,40 @@ def srgb(linear: np.ndarray) -> np.ndarray:
     return (np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055) * 255 + 0.5).astype(np.uint8)
 
 
-def _noise(size: int, sigma: float, seed: int) -> np.ndarray:
-    """Smooth noise of unit standard deviation, grain about ``sigma`` texels."""
+def _grain(size: int, sigma: float, seed: int) -> np.ndarray:
+    """Fine noise of unit standard deviation in the tile, grain about ``sigma`` texels."""
     from scipy.ndimage import gaussian_filter
 
-    step = max(1, int(sigma // 4))
     rng = np.random.default_rng(seed)
-    small = rng.standard_normal((size // step, size // step)).astype(np.float32)
-    small = gaussian_filter(small, sigma / step, mode="wrap")
-    if step > 1:
-        from PIL import Image
-
-        small = np.asarray(Image.fromarray(small).resize((size, size), Image.Resampling.BICUBIC))
+    small = gaussian_filter(rng.standard_normal((size, size)).astype(np.float32), sigma, mode="wrap")
     return small / small.std()
 
 
-def albedo(atlas: Atlas, chromophores: Path, melanin: float = 0.035, seed: int = 7) -> np.ndarray:
+def _cloud(atlas: Atlas, grain_mm: float, seed: int) -> np.ndarray:
+    """Noise of unit standard deviation in space, so that it neither stretches nor shows a seam; different left and right."""
+    from PIL import Image
+    from scipy.ndimage import gaussian_filter, map_coordinates
+
+    rng = np.random.default_rng(seed)
+    block = gaussian_filter(rng.standard_normal((56, 56, 56)).astype(np.float32), 0.7, mode="wrap")
+    step = max(1, int(grain_mm * atlas.size / 2048 // 0.6))
+    step = min(step, 4)
+    where = atlas.position[::step, ::step] * np.stack(
+        [atlas.side[::step, ::step]] + [np.ones_like(atlas.side[::step, ::step])] * 2, -1
+    )
+    at = np.moveaxis((where + 400.0) / (0.6 * grain_mm), -1, 0)
+    value = map_coordinates(block, at, order=1, mode="grid-wrap").astype(np.float32)
+    if step > 1:
+        value = np.asarray(Image.fromarray(value).resize((atlas.size, atlas.size), Image.Resampling.BICUBIC))
+    return value / value.std()
+
+
+def albedo(atlas: Atlas, chromophores: Path, melanin: float = 0.02, seed: int = 7) -> np.ndarray:
     """The skin's colour as sRGB bytes (size, size, 3)."""
     n = atlas.size
     unit = n / 2048
-    x, y, z = np.moveaxis(atlas.position, -1, 0)
-    blood = np.full((n, n), 0.0045, np.float32)
+    x, _y, z = np.moveaxis(atlas.position, -1, 0)
+    blood = np.full((n, n), 0.0060, np.float32)
     blood += 0.0055 * fields.cheek(atlas)
     blood += 0.0060 * fields.blob(atlas, (6, -35, 112), (9, 8, 12))
     blood += 0.0060 * fields.blob(atlas, (15, -38, 94), (5, 5, 8))
@@ -48,20 +61,22 @@ def albedo(atlas: Atlas, chromophores: Path, melanin: float = 0.035, seed: int =
     ear = fields.smooth(z, 12, -2) * fields.smooth(x, 64, 70)
     blood += 0.006 * ear
     lips = fields.lips(atlas)
-    blood += lips * 0.020
-    blood *= np.exp(
-        0.10 * _noise(n, 26 * unit, seed)
-        + 0.09 * _noise(n, 7 * unit, seed + 1)
-        + 0.10 * _noise(n, 2.2 * unit, seed + 2)
+    blood += lips * 0.032
+    grain = fields.face(atlas)  # fine grain on the face only: the tile is stretched elsewhere
+    mottle = (
+        0.10 * _cloud(atlas, 9.0, seed)
+        + 0.10 * _cloud(atlas, 2.6, seed + 1)
+        + 0.07 * grain * _grain(n, 2.2 * unit, seed + 2)
     )
+    blood *= np.exp(mottle)
     mel = np.full((n, n), melanin, np.float32)
     mel *= np.exp(
-        0.06 * _noise(n, 60 * unit, seed + 3)
-        + 0.05 * _noise(n, 11 * unit, seed + 4)
-        + 0.05 * _noise(n, 1.6 * unit, seed + 5)
+        0.10 * _cloud(atlas, 16.0, seed + 3)
+        + 0.07 * _cloud(atlas, 3.5, seed + 4)
+        + 0.05 * grain * _grain(n, 1.6 * unit, seed + 5)
     )
     mel *= 1 + 0.25 * lid - 0.1 * fields.cheek(atlas)
-    spots = np.clip(_noise(n, 3.0 * unit, seed + 6) - 2.1, 0, 1)
+    spots = np.clip(_grain(n, 3.0 * unit, seed + 6) - 2.2, 0, 1)
     where = fields.blob(atlas, (14, -20, 95), (26, 12, 30)) + 0.35 * fields.blob(atlas, (20, 45, 90), (40, 25, 30))
     mel *= 1 + 1.6 * spots * np.clip(where, 0, 1) * (1 - lips)
     mel *= 1 - 0.45 * lips
@@ -70,20 +85,73 @@ def albedo(atlas: Atlas, chromophores: Path, melanin: float = 0.035, seed: int =
     mouth = fields.smooth(atlas.rings["mouth"], 1.85, 2.4)[..., None]
     rgb = rgb * (1 - mouth) + mouth * rgb * [0.35, 0.15, 0.13]
     deep = fields.smooth(atlas.rings["nostril"], 1.0, 1.8)[..., None]
-    rgb = rgb * (1 - deep * [0.5, 0.7, 0.75])
-    hair = brow[..., None]
-    rgb = rgb * (1 - hair) + hair * np.array([0.045, 0.026, 0.017])
+    rgb = rgb * (1 - deep * [0.8, 0.9, 0.92])
+    shade = brow[..., None]
+    rgb = rgb * (1 - shade) + shade * np.array([0.045, 0.026, 0.017])
+    root = np.clip(
+        fields.smooth(hair.inside_hairline(atlas.position.reshape(-1, 3)).reshape(n, n), -1, 9)
+        * (1 + 0.5 * _cloud(atlas, 1.0, seed + 9)),
+        0,
+        1,
+    )
+    root = (0.85 * root * (atlas.rings["eye"] == 0))[..., None] * ~_on_ear(atlas)[..., None]
+    rgb = rgb * (1 - root) + root * np.array([0.03, 0.018, 0.012])
     return srgb(rgb)
+
+
+def _on_ear(atlas: Atlas) -> np.ndarray:
+    """Where the tile holds the ears' islands (its two lower corners)."""
+    n = atlas.size
+    row, column = np.mgrid[0:n, 0:n]
+    return (row > 0.9 * n) & (np.abs(column - n / 2) > 0.38 * n)
+
+
+def detail(atlas: Atlas, seed: int = 40) -> np.ndarray:
+    """Bytes (size, size, 3), not colour: roughness, height of creases (0.5 is flat, 0.4 mm in all), strength of pores."""
+    n = atlas.size
+    n / 2048
+    x, y, _ = np.moveaxis(atlas.position, -1, 0)
+    lips, lid = fields.lips(atlas), (atlas.rings["eye"] > 0) * fields.smooth(atlas.rings["eye"], 0.3, 0.8)
+    oily = (
+        fields.blob(atlas, (0, 35, 95), (26, 22, 20))
+        + fields.blob(atlas, (0, -25, 110), (13, 22, 22))
+        + 0.6 * fields.blob(atlas, (0, -90, 95), (12, 8, 14))
+    )
+    rough = (
+        0.47 - 0.10 * np.clip(oily, 0, 1) - 0.04 * fields.cheek(atlas) - 0.06 * lid + 0.02 * _cloud(atlas, 5.0, seed)
+    )
+    rough = rough * (1 - lips) + lips * 0.36
+    wet = np.clip(fields.smooth(atlas.rings["mouth"], 1.7, 2.0) + fields.eye_opening(atlas), 0, 1)
+    rough = rough * (1 - wet) + 0.2 * wet
+    inside = fields.nostril_opening(atlas)
+    rough = rough * (1 - inside) + 0.9 * inside
+    rng = np.random.default_rng(seed + 1)
+    from scipy.ndimage import gaussian_filter1d
+
+    along = x * atlas.side * (1 + 0.012 * np.abs(y + 60.5)) + 0.25 * _cloud(atlas, 2.5, seed + 2)
+    crease = np.zeros((n, n), np.float32)
+    for width, height in ((0.28, 0.45), (0.6, 0.55), (1.3, 0.35)):
+        line = gaussian_filter1d(rng.standard_normal(4096), width / 0.02)
+        line = line / line.std()
+        crease += height * np.interp(along, (np.arange(4096) - 2048) * 0.02, np.minimum(line, 0.6)).astype(np.float32)
+    inner = fields.smooth(atlas.rings["mouth"], 1.0, 1.25) * (1 - 0.4 * fields.smooth(atlas.rings["mouth"], 1.5, 1.9))
+    height = 0.16 * lips * inner * crease
+    under = fields.blob(atlas, (31, -11, 78), (12, 4, 8))
+    height += 0.05 * under * np.sin(1.3 * _cloud(atlas, 3.0, seed + 3) + (y + 0.12 * x) * 4.0)
+    pores = 0.45 + 0.55 * np.clip(oily + fields.cheek(atlas), 0, 1)
+    pores = pores * (1 - lips) * (1 - 0.7 * lid) * (1 - wet)
+    stack = np.dstack([rough, 0.5 + np.clip(height, -0.5, 0.5), pores])
+    return (np.clip(stack, 0, 1) * 255 + 0.5).astype(np.uint8)
 
 
 def _brow(atlas: Atlas) -> np.ndarray:
     """Soft shade under the brow's hairs."""
     x, y, z = np.moveaxis(atlas.position, -1, 0)
-    line = surface.curve(np.array([(12.5, 15.8), (20, 18.0), (30, 20.3), (40, 21.2), (48, 18.6), (55, 13.6)]), 60)
+    line = surface.curve(anatomy.BROW, 60)
     centre = np.interp(x, line[:, 0], line[:, 1])
     width = np.interp(x, [11, 16, 34, 56], [2.2, 3.6, 3.2, 1.0])
     body = np.exp(-0.5 * ((y - centre) / (0.55 * width)) ** 2 * 1.2)
-    return 0.55 * body * fields.smooth(x, 10.5, 15) * fields.smooth(x, 57, 50) * fields.smooth(z, 40, 50)
+    return 0.26 * body * fields.smooth(x, 10.5, 15) * fields.smooth(x, 57, 50) * fields.smooth(z, 40, 50)
 
 
 def eye(size: int = 512, seed: int = 3) -> np.ndarray:
@@ -93,12 +161,12 @@ def eye(size: int = 512, seed: int = 3) -> np.ndarray:
     x, y = np.meshgrid(t, -t)
     r = np.hypot(x, y) * anatomy.EYE_RADIUS
     a = np.arctan2(y, x)
-    sclera = np.ones((size, size, 3)) * [0.66, 0.61, 0.57]
+    sclera = np.ones((size, size, 3)) * [0.58, 0.53, 0.49]
     veins = sum(np.cos(k * a + rng.uniform(0, 6.28) + 1.7 * np.sin(r * rng.uniform(0.3, 0.9))) for k in (5, 9, 14)) / 3
     red = np.clip((r - 6.5) / 6, 0, 1)[..., None] * (0.5 + 0.5 * np.clip(veins, 0, 1)[..., None])
     sclera *= 1 - red * [0.10, 0.30, 0.32]
     fibres = np.zeros_like(r)
-    for k in range(60):
+    for _ in range(60):
         freq = int(rng.integers(20, 110))
         fibres += np.cos(freq * a + rng.uniform(0, 6.28) + rng.uniform(-0.8, 0.8) * r) / 8
     q = np.clip((r - 2.2) / (anatomy.IRIS_RADIUS - 2.2), 0, 1)

@@ -1,0 +1,168 @@
+"""The sample head: the same every time, of human size, whole, and with maps that lie where they should."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+SAMPLE = Path(__file__).resolve().parents[2] / "sample_blend"
+CHROMOPHORES = SAMPLE.parents[1] / "shared" / "spectra" / "chromophores"
+sys.path.insert(0, str(SAMPLE))
+
+from head import anatomy, atlas, ear, fields, maps, mesh, textures  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def half():
+    made = mesh.build()
+    ear.add(made)
+    return made
+
+
+@pytest.fixture(scope="module")
+def whole(half):
+    return mesh.mirrored(half)
+
+
+@pytest.fixture(scope="module")
+def blend():
+    bpy = pytest.importorskip("bpy")
+    bpy.ops.wm.open_mainfile(filepath=str(SAMPLE / "head.blend"))
+    return bpy
+
+
+@pytest.fixture(scope="module")
+def tile(half):
+    return atlas.make(half, 1024)
+
+
+def test_the_committed_blend_holds_the_mesh_that_the_script_makes(blend, whole):
+    data = blend.data.objects["Head"].data
+    stored = np.empty(len(data.vertices) * 3, np.float32)
+    data.vertices.foreach_get("co", stored)
+    p = whole.vertices
+    made = np.column_stack([p[:, 0], -p[:, 2], p[:, 1]]) / 1000
+    assert len(made) == len(data.vertices)
+    assert np.abs(stored.reshape(-1, 3) - made).max() < 2e-6  # metres
+    uv = np.empty(len(data.loops) * 2, np.float32)
+    data.uv_layers["UVMap"].data.foreach_get("uv", uv)
+    assert np.abs(uv.reshape(-1, 2) - np.array([c for f in whole.corner_uv for c in f])).max() < 1e-6
+
+
+def test_the_committed_blend_has_what_other_people_rely_on(blend):
+    head = blend.data.objects["Head"]
+    assert [slot.material.name for slot in head.material_slots] == ["Skin"]
+    assert [layer.name for layer in head.data.uv_layers] == ["UVMap"]
+    assert {"front", "three-quarter", "close-up", "lips", "eye"} <= set(blend.data.objects.keys())
+    assert all(image.packed_file for image in blend.data.images if image.source == "FILE")
+    assert (SAMPLE / "head.blend").stat().st_size < 10e6
+
+
+@pytest.mark.skipif(not CHROMOPHORES.exists(), reason="../shared/spectra/chromophores is not here")
+def test_the_committed_albedo_is_the_one_that_the_script_makes(blend, half):
+    image = blend.data.images["skin-albedo"]
+    stored = np.empty(image.size[0] * image.size[1] * 4, np.float32)
+    image.pixels.foreach_get(stored)
+    stored = stored.reshape(image.size[1], image.size[0], 4)[::-1, :, :3]
+    made = textures.albedo(atlas.make(half, image.size[0]), CHROMOPHORES)
+    assert np.abs(stored * 255 - made).max() <= 1.01
+
+
+@pytest.mark.parametrize("name", ["foundation", "lips", "blush", "lids", "lids-wide"])
+def test_the_committed_map_is_the_one_that_the_script_draws(name, tile):
+    image = pytest.importorskip("PIL.Image")
+    stored = np.asarray(image.open(SAMPLE / "looks" / "maps" / f"{name}.png"))
+    made = maps.drawn(tile)[name] * 255
+    assert stored.shape == (1024, 1024) and stored.dtype == np.uint8
+    assert np.abs(stored - made).max() <= 1.01
+
+
+def test_every_map_that_a_look_names_exists():
+    looks = sorted((SAMPLE / "looks").glob("*.json"))
+    assert {"day", "evening"} <= {p.stem for p in looks}
+    for path in looks:
+        for layer in json.loads(path.read_text())["layers"]:
+            assert (path.parent / layer["map"]).exists(), (path.name, layer["map"])
+
+
+def test_the_mesh_is_closed_but_for_the_bust_the_sockets_and_behind_the_ears(whole):
+    edges: dict[tuple[int, int], int] = {}
+    for f in whole.faces:
+        for a, b in zip(f, f[1:] + f[:1]):
+            edges[min(a, b), max(a, b)] = edges.get((min(a, b), max(a, b)), 0) + 1
+    assert set(edges.values()) <= {1, 2}
+    border = np.array([whole.vertices[list(e)].mean(0) for e, n in edges.items() if n == 1])
+    bust = border[:, 1] < -200
+    behind_ear = (np.abs(border[:, 0]) > 40) & (border[:, 2] < 15) & (np.abs(border[:, 1] + 9) < 40)
+    socket = np.array([whole.region[list(e)].min() == mesh.REGIONS.index("eye") for e, n in edges.items() if n == 1])
+    assert (bust | behind_ear | socket).all()
+
+
+def test_neighbouring_faces_agree_on_which_side_is_out(whole):
+    seen = set()
+    for f in whole.faces:
+        for a, b in zip(f, f[1:] + f[:1]):
+            assert (a, b) not in seen
+            seen.add((a, b))
+
+
+def test_at_least_98_percent_of_faces_are_quads(whole):
+    assert np.mean([len(f) == 4 for f in whole.faces]) > 0.98
+
+
+@pytest.mark.parametrize(
+    ("name", "low", "high"),
+    [  # Farkas 1994, young women: mean and about two standard deviations, mm
+        ("v-gn", 205, 232), ("eu-eu", 136, 155), ("g-op", 175, 200), ("ch-ch", 44, 56), ("en-ex", 27, 33), ("al-al", 28, 36)
+    ],
+)  # fmt: skip
+def test_the_head_has_human_proportions(whole, name, low, high):
+    p, ring, region = whole.vertices, whole.ring, whole.region
+    on = {k: p[(region == i) & (np.abs(ring - 1) < 1e-9)] for i, k in enumerate(mesh.REGIONS)}
+    skull = p[(region == 0) & (p[:, 1] > 20)]
+    middle = p[np.abs(p[:, 0]) < 1e-6]
+    chin = middle[(middle[:, 2] > 70) & (middle[:, 1] > -115), 1].min()
+    wing = p[(np.abs(p[:, 1] + 37) < 5) & (p[:, 2] > 96) & (region == 0)]
+    sizes = {
+        "v-gn": middle[:, 1].max() - chin,
+        "eu-eu": np.ptp(skull[:, 0]),
+        "g-op": middle[np.abs(middle[:, 1] - 25) < 4, 2].max() - p[:, 2][p[:, 1] > -50].min(),
+        "ch-ch": np.ptp(on["mouth"][:, 0]),
+        "en-ex": np.ptp(on["eye"][on["eye"][:, 0] > 0][:, 0]),
+        "al-al": np.ptp(wing[:, 0]),
+    }
+    assert low <= sizes[name] <= high, sizes[name]
+
+
+def test_uv_faces_keep_their_orientation_on_the_face(half):
+    uv = np.array(half.uv)
+    p = np.array(half.p)
+    for k, f in enumerate(half.faces):
+        if k in half.island or np.array(half.region)[list(f)].max() > 0:
+            continue
+        if p[list(f), 2].min() < 20:
+            continue
+        q = uv[list(f)]
+        area = 0.5 * sum(q[i, 0] * q[(i + 1) % len(f), 1] - q[(i + 1) % len(f), 0] * q[i, 1] for i in range(len(f)))
+        assert area > 0, (k, p[list(f)].mean(0))
+
+
+def test_the_face_fills_most_of_the_tile(tile):
+    assert (fields.face(tile) > 0.5).mean() > 0.35
+
+
+def test_the_lips_map_ends_at_the_vermilion_border_and_spares_the_skin(tile):
+    lips = maps.drawn(tile)["lips"]
+    x, y, _z = np.moveaxis(tile.position, -1, 0)
+    assert lips[(y > -48) | (y < -74) | (x > anatomy.LIP_RAILS["upper border"][-1, 0] + 2)].max() == 0
+    assert lips[(tile.rings["mouth"] > 1.1) & (tile.rings["mouth"] < 1.9)].min() > 0.99
+
+
+def test_foundation_stays_out_of_eyes_mouth_and_nostrils(tile):
+    foundation = maps.drawn(tile)["foundation"]
+    for name in ("eye", "mouth", "nostril"):
+        assert foundation[tile.rings[name] > 1.2].max() < 0.01, name
