@@ -23,7 +23,7 @@ SPREAD = 0.35
 REACH = 4.5
 """How many standard deviations about the mass median the distribution is followed."""
 
-NODES = 600
+NODES = 300
 """Equal steps of the logarithm of the diameter; Mie resonances of transparent spheres need that many."""
 
 
