@@ -91,7 +91,7 @@ def run(options: argparse.Namespace) -> int:
         looks.apply_look(head, look)
         for layer in head.km_makeup.layers:
             say(
-                f"{look.name}: {layer.name}, {layer.thickness_um:.3g} µm on {100 * layer['coverage']:.1f} % of the map",
+                f"{look.name}: {layer.name}, {layer.thickness_um:.3g} µm on {100 * layer.coverage:.1f} % of the map",
                 start,
             )
         head.km_makeup.folder = str(out / "textures" / name)

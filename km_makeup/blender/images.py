@@ -35,6 +35,19 @@ def map_values(image: bpy.types.Image, channel: str) -> NDArray:
     return check_map(values, f"The map {image.name!r}")
 
 
+def statistics(image: bpy.types.Image, channel: str) -> tuple[float, float]:
+    """Highest value and covered share (0..1) of a channel; read again while the image has unsaved strokes."""
+    key = (image.session_uid, channel, tuple(image.size), image.filepath)
+    if image.is_dirty or key not in _statistics:
+        values = map_values(image, channel)
+        highest = float(values.max()) / (255 if values.dtype == np.uint8 else 1)
+        _statistics[key] = (highest, float(np.count_nonzero(values)) / values.size)
+    return _statistics[key]
+
+
+_statistics: dict[tuple, tuple[float, float]] = {}
+
+
 def linear_colours(values: NDArray, image: bpy.types.Image, space: str) -> NDArray:
     """Stored RGB values (..., 3) of an image as linear RGB of the working space.
 

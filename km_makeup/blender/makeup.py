@@ -7,7 +7,6 @@ while the plan lists a film. The slot and its original are remembered, so taking
 from __future__ import annotations
 
 import bpy
-import numpy as np
 
 from ..effects import Engine, LayerFacts, Plan, SceneFacts, Switch, make_plan
 from ..errors import MakeupError
@@ -138,16 +137,13 @@ def engines_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> frozenset[Engin
 
 
 def facts_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> SceneFacts:
-    """Facts about the object's layers, map statistics read anew."""
+    """Facts about the object's layers; in a window the active layer counts as the one to be painted."""
     layers = []
-    for layer in obj.km_makeup.layers:
+    for index, layer in enumerate(obj.km_makeup.layers):
         product = library().find(layer.product)
-        high, covered = 0.0, 0.0
-        if layer.map is not None:
-            values = images.map_values(layer.map, layer.channel)
-            high = float(values.max()) / (255 if values.dtype == np.uint8 else 1) * layer.strength
-            covered = float(np.count_nonzero(values)) / values.size
-        layer["map_max"], layer["coverage"] = high, covered
+        high, covered = images.statistics(layer.map, layer.channel) if layer.map else (0.0, 0.0)
+        high *= layer.strength
+        layer.map_max, layer.coverage = high, covered
         layers.append(
             LayerFacts(
                 name=layer.name or product.name,
@@ -157,7 +153,9 @@ def facts_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> SceneFacts:
                 coverage=covered,
                 enabled=layer.enabled,
                 internal=product.interface == "internal",
-                switch=Switch(layer.switch.lower()) if layer.map is not None else Switch.OFF,
+                switch=Switch(layer.switch.lower()),
+                mapped=layer.map is not None,
+                edited=index == obj.km_makeup.active and not bpy.app.background,
             )
         )
     makeup = obj.km_makeup

@@ -125,6 +125,14 @@ class KM_OT_layer_add(_Makeup, bpy.types.Operator):
             layer.name, layer.product, layer.thickness_um = product.name, product.id, product.thickness_um
             layer.map = images.new_map(f"{obj.name} {product.name}", width, height)
             obj.km_makeup.active = len(obj.km_makeup.layers) - 1
+        _canvas(context, layer.map)
+
+
+def _canvas(context: bpy.types.Context, image: bpy.types.Image) -> None:
+    """Make the map what Texture Paint paints on, in white."""
+    paint = context.scene.tool_settings.image_paint
+    paint.mode, paint.canvas = "IMAGE", image
+    paint.unified_paint_settings.color = (1, 1, 1)
 
 
 class KM_OT_layer_remove(_Makeup, bpy.types.Operator):

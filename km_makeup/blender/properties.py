@@ -81,7 +81,7 @@ class KM_PG_object(bpy.types.PropertyGroup):
     """Makeup of one object."""
 
     layers: CollectionProperty(type=KM_PG_layer)
-    active: IntProperty(name="Active Layer", description="The layer that is shown and painted")
+    active: IntProperty(name="Active Layer", description="The layer that is shown and painted", update=setting_changed)
     slots: CollectionProperty(type=KM_PG_slot)
     uv_map: StringProperty(
         name="UV Map", description="UV map that the cosmetic maps are painted on", update=setting_changed

@@ -23,7 +23,10 @@ class Switch(Enum):
 
 @dataclass(frozen=True)
 class LayerFacts:
-    """One layer: its product, full thickness in mm, the highest painted value and the covered fraction (0..1)."""
+    """One layer: its product, full thickness in mm, the highest painted value and the covered fraction (0..1).
+
+    ``mapped`` tells whether it has a map at all; ``edited`` that an artist is about to paint it.
+    """
 
     name: str
     product: str
@@ -33,6 +36,8 @@ class LayerFacts:
     enabled: bool = True
     internal: bool = True
     switch: Switch = Switch.AUTO
+    mapped: bool = True
+    edited: bool = False
 
 
 @dataclass(frozen=True)

@@ -88,12 +88,16 @@ def make_plan(facts: SceneFacts, tolerance: float = DEFAULT_TOLERANCE) -> Plan:
 def _film(layer: LayerFacts) -> Effect:
     name = f"Film {layer.name}"
     cost = "1 texture and 1 node group"
+    if not layer.mapped:
+        return Effect(name, False, "it has no map", 0.0, cost)
     if layer.switch is Switch.ON:
         return Effect(name, True, "forced on", None, cost)
     if layer.switch is Switch.OFF:
         return Effect(name, False, "forced off", None, cost)
     if not layer.enabled:
         return Effect(name, False, "the layer is hidden", 0.0, cost)
+    if layer.map_max <= 0 and layer.edited:
+        return Effect(name, True, "its map is empty, but it is the layer to be painted", None, cost)
     if layer.map_max <= 0:
         return Effect(name, False, "its map is empty", 0.0, cost)
     if layer.thickness_mm <= 0:
