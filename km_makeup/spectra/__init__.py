@@ -8,7 +8,8 @@ from .difference import delta_e, lab
 from .gamut import GamutReport, fit_gamut
 from .grid import WAVELENGTHS, resample
 from .lights import light_spectrum
-from .skin import reference_skins, upsample_skin
+from .skin import upsample_skin
+from .skin_data import reference_skins
 from .spaces import SPACES, convert
 
 __all__ = [

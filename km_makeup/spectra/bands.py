@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MakeupError
 from .colorimetry import observer
+from .few_bands import BAND_WAVELENGTHS, fitted_weights
 from .grid import WAVELENGTHS
 from .lights import Light, light_name, light_spectrum
 from .spaces import adaptation, check_space, rgb_to_xyz, white
@@ -47,14 +48,17 @@ def bands(light: Light = "D65", space: str = "Linear Rec.709", count: int = 81) 
     space
         One of SPACES.
     count
-        How many bands: 81 (380-780 nm in 5 nm steps).
+        How many bands: 81 (380-780 nm in 5 nm steps, the reference), or 16, 12 or 8 wavelengths with fitted weights.
 
     Raises MakeupError for an unknown light, space or count.
     """
-    if count != len(WAVELENGTHS):
-        raise MakeupError(f"There is no set of {count} bands; use 81.")
-    weights = _weights(light_spectrum(light).tobytes(), check_space(space))
-    return Bands(WAVELENGTHS, weights, light_name(light), space)
+    if count not in (len(WAVELENGTHS), *BAND_WAVELENGTHS):
+        raise MakeupError(
+            f"There is no set of {count} bands; use 81, {', '.join(map(str, sorted(BAND_WAVELENGTHS)[::-1]))}."
+        )
+    weights = _weights(light_spectrum(light).tobytes(), check_space(space), count)
+    wavelengths = np.array(BAND_WAVELENGTHS[count], dtype=np.float64) if count in BAND_WAVELENGTHS else WAVELENGTHS
+    return Bands(wavelengths, weights, light_name(light), space)
 
 
 def to_rgb(reflectance: ArrayLike, light: Light = "D65", space: str = "Linear Rec.709") -> NDArray:
@@ -82,11 +86,13 @@ def to_rgb(reflectance: ArrayLike, light: Light = "D65", space: str = "Linear Re
 
 
 @functools.lru_cache(maxsize=32)
-def _weights(light: bytes, space: str) -> NDArray[np.float64]:
-    """Weights (81, 3) of a light given by the bytes of its 81 powers."""
+def _weights(light: bytes, space: str, count: int) -> NDArray[np.float64]:
+    """Weights (count, 3) of a light given by the bytes of its 81 powers."""
     power = np.frombuffer(light, dtype=np.float64)
     to_xyz = power[:, None] * observer()
     to_xyz = to_xyz / to_xyz[:, 1].sum()
+    if count in BAND_WAVELENGTHS:
+        to_xyz = fitted_weights(count, to_xyz)
     adapted = to_xyz @ adaptation(to_xyz.sum(axis=0), white(space)).T
     return exact_weights(adapted @ np.linalg.inv(rgb_to_xyz(space)).T, np.dtype(np.float64))
 

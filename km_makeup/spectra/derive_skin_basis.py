@@ -19,7 +19,7 @@ from ..optics import air_interface
 from .bands import to_rgb
 from .difference import lab
 from .grid import resample
-from .skin import BASIS_FILE
+from .skin_data import BASIS_FILE
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "spectra"
 """Published spectra, beside the repository."""

@@ -10,9 +10,6 @@ basis, just as much as it needs. Both bases give the colour back, so every mixtu
 from __future__ import annotations
 
 import functools
-import json
-from collections.abc import Mapping
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,9 +18,8 @@ from ..errors import MakeupError
 from .bands import bands
 from .colorimetry import colour_science
 from .lights import Light, light_spectrum
+from .skin_data import skin_file
 from .spaces import check_space
-
-BASIS_FILE = Path(__file__).parent / "skin_basis.json"
 
 CHUNK = 4096
 """Texels at a time: their spectra fit into the processor's cache."""
@@ -77,14 +73,6 @@ def _fill(spectra: NDArray, colours: NDArray, skin: NDArray, smooth: NDArray) ->
         spectra[outside] = _into_range(spectra[outside], colours[outside] @ smooth.T)
 
 
-def reference_skins() -> Mapping[str, NDArray[np.float64]]:
-    """Apparent reflectance (81,) of a light, a medium and a deep skin, measured; the surface's own reflection taken off.
-
-    Source: Cooksey, Allen, Tsai 2017 (NIST), means of five people each.
-    """
-    return {name: np.array(values) for name, values in _file()["skins"].items()}
-
-
 def _into_range(spectra: NDArray, smooth: NDArray) -> NDArray:
     """Spectra mixed with smooth ones of the same colour, as little as keeps them within 0..1; clipped where even those leave it."""
     below, above = np.maximum(-spectra, 0), np.maximum(spectra - 1, 0)
@@ -95,14 +83,9 @@ def _into_range(spectra: NDArray, smooth: NDArray) -> NDArray:
     return np.clip(spectra + share * (smooth - spectra), 0, 1)
 
 
-@functools.cache
-def _file() -> dict:
-    return json.loads(BASIS_FILE.read_text(encoding="utf-8"))
-
-
 @functools.lru_cache(maxsize=16)
 def _shrunk(light: bytes, space: str) -> NDArray[np.float64]:
-    basis = _exact(np.array(_file()["basis"]), light, space)
+    basis = _exact(np.array(skin_file()["basis"]), light, space)
     return (1 - SHRINKAGE) * basis + SHRINKAGE * _mallett(light, space)
 
 

@@ -14,6 +14,7 @@ from km_makeup.errors import MakeupError
 from km_makeup.spectra import SPACES, convert, delta_e, reference_skins, resample, to_rgb, upsample_skin
 from km_makeup.spectra import skin as skin_module
 from km_makeup.spectra.derive_skin_basis import basis_text, fit_basis, nist_skins, without_surface
+from km_makeup.spectra.skin_data import BASIS_FILE
 
 
 def test_every_rec709_colour_comes_back_and_stays_in_range() -> None:
@@ -64,7 +65,7 @@ def test_a_texture_with_a_number_that_is_none_is_refused() -> None:
 
 
 def test_the_stored_basis_is_what_the_script_derives(shared_data: Path) -> None:
-    assert skin_module.BASIS_FILE.read_text(encoding="utf-8") == basis_text(shared_data / "spectra")
+    assert BASIS_FILE.read_text(encoding="utf-8") == basis_text(shared_data / "spectra")
 
 
 def test_people_left_out_of_the_fit_are_met_better_than_by_mallett(
@@ -109,7 +110,7 @@ def issa_faces(shared_data: Path) -> np.ndarray:
 
 
 def _use_basis(monkeypatch: pytest.MonkeyPatch, skins: np.ndarray) -> None:
-    monkeypatch.setattr(skin_module, "_file", lambda: {"basis": fit_basis(skins)})
+    monkeypatch.setattr(skin_module, "skin_file", lambda: {"basis": fit_basis(skins)})
     skin_module._shrunk.cache_clear()
     monkeypatch.setattr(skin_module, "_shrunk", skin_module._shrunk.__wrapped__)
 
