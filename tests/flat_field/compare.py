@@ -146,6 +146,7 @@ def main() -> int:
     parser.add_argument("--products", type=Path, action="append", default=[], help="passed on to predict.py")
     parser.add_argument("--every", type=int, default=1, help="only every n-th case")
     parser.add_argument("--first", type=int, default=0, help="the first case taken")
+    parser.add_argument("--rows", type=Path, help="write the rows as JSON to this file too")
     parser.add_argument("--list", type=int, default=0, help="also list the worst n cases")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="flat-field-") as folder:
@@ -159,6 +160,8 @@ def main() -> int:
             run("render.py", predicted, rendered, *folders)
         prediction, found = (json.loads(file.read_text(encoding="utf-8")) for file in (predicted, rendered))
     rows = compare(prediction, found)
+    if options.rows:
+        options.rows.write_text(json.dumps(rows), encoding="utf-8")
     print(table(rows))
     space = gamut(prediction)
     print(
