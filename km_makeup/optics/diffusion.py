@@ -34,9 +34,9 @@ class GaussianProfile:
                 f"A profile needs weights of shape (variances, channels), not {self.weights.shape} for "
                 f"{self.variances.shape}."
             )
-        if not (np.all(self.variances >= 0) and np.allclose(self.weights.sum(axis=0), 1, atol=1e-6)):
+        if not (np.all(self.variances > 0) and np.allclose(self.weights.sum(axis=0), 1, atol=1e-6)):
             raise MakeupError(
-                "The variances of a profile must be 0 mm^2 or more and the weights of each channel add up to 1."
+                "The variances of a profile must be more than 0 mm^2 and the weights of each channel add up to 1."
             )
 
     def __call__(self, r: ArrayLike) -> Array:
@@ -138,8 +138,8 @@ def reduced(profile: GaussianProfile, count: int) -> GaussianProfile:
         raise MakeupError(f"A profile needs one Gaussian or more, not {count}.")
     if count >= profile.variances.size:
         return profile
-    width = np.sqrt(profile.variances[profile.variances > 0])
-    return _nearest(profile.within, width.min(), width.max(), count) if width.size else profile
+    width = np.sqrt(profile.variances)
+    return _nearest(profile.within, width.min(), width.max(), count)
 
 
 def widened(profile: GaussianProfile, back_reflectance: ArrayLike, terms: int = 3) -> GaussianProfile:

@@ -77,6 +77,20 @@ def test_burley_keeps_all_light_and_its_share_within_is_its_integral(d: float) -
     assert burley_within(1e-12, 1.0) == pytest.approx(5e-13, rel=1e-9)
 
 
+def test_float32_and_whole_numbers_are_worked_in_double_precision() -> None:
+    r, d = np.array([1, 2], np.float32), np.array([1, 3], np.float32)
+    for call in (burley, burley_within, burley_distance):
+        assert call(r, d).dtype == np.float64
+        np.testing.assert_array_equal(call(r, d), call(r.astype(float), d.astype(float)))
+        np.testing.assert_array_equal(call([1, 2], [1, 3]), call([1.0, 2.0], [1.0, 3.0]))
+    tenth = np.array([0.1], np.float32)
+    for call in (SKIN, SKIN.within, SKIN.spectrum):
+        np.testing.assert_array_equal(call(tenth), call(tenth.astype(float)))
+    wide, same = widened(SKIN, np.full(3, 0.1, np.float32)), widened(SKIN, np.full(3, 0.1, np.float32).astype(float))
+    np.testing.assert_array_equal(wide.weights, same.weights)
+    np.testing.assert_array_equal(fit_gaussians(tenth, 2).variances, fit_gaussians(tenth.astype(float), 2).variances)
+
+
 def test_burley_distance_is_the_published_fit() -> None:
     """Christensen and Burley 2015: s = 1.85 - A + 7 |A - 0.8|^3."""
     assert burley_distance(0.8, 1.05) == pytest.approx(1.0, rel=1e-14)
@@ -146,8 +160,11 @@ def test_a_reduced_profile_is_near_with_fewer_gaussians() -> None:
     assert reduced(SKIN, 6) is SKIN
     assert reduced(SKIN, 7) is SKIN
     assert np.abs(reduced(SKIN, 4).within(R) - SKIN.within(R)).max() < 0.06
-    still = GaussianProfile([0.0, 0.0], [[0.5], [0.5]])
-    assert reduced(still, 1) is still
+    part = GaussianProfile([0.001, 0.01, 0.04, 0.25], [[0.2], [0.3], [0.3], [0.2]])
+    thin = reduced(part, 3)
+    assert thin.variances.size == 3
+    assert 0 < thin.variances.max() < 1
+    assert np.abs(thin.within(R) - part.within(R)).max() < 0.1
 
 
 @pytest.mark.parametrize(
@@ -156,6 +173,7 @@ def test_a_reduced_profile_is_near_with_fewer_gaussians() -> None:
         ([1.0, 2.0], [[1.0]], "weights of shape"),
         ([1.0], [1.0], "weights of shape"),
         ([-1.0], [[1.0]], "0 mm"),
+        ([0.0], [[1.0]], "0 mm"),
         ([1.0, 2.0], [[0.5], [0.6]], "add up to 1"),
     ],
 )
@@ -165,20 +183,20 @@ def test_what_is_no_profile_is_refused(variances: list, weights: list, message: 
 
 
 @pytest.mark.parametrize(
-    "call",
+    ("call", "message"),
     [
-        lambda: fit_gaussians(0.0),
-        lambda: fit_gaussians([1.0, np.nan]),
-        lambda: fit_gaussians(np.inf),
-        lambda: fit_gaussians([[1.0]]),
-        lambda: fit_gaussians(1.0, 0),
-        lambda: reduced(SKIN, 0),
-        lambda: widened(SKIN, 1.0),
-        lambda: widened(SKIN, -0.1),
-        lambda: widened(SKIN, [0.1, np.nan, 0.1]),
-        lambda: widened(SKIN, 0.1, 0),
+        (lambda: fit_gaussians(0.0), "must be positive, in mm.* not 0.0, 6"),
+        (lambda: fit_gaussians([1.0, np.nan]), "must be positive"),
+        (lambda: fit_gaussians(np.inf), "must be positive"),
+        (lambda: fit_gaussians([[1.0]]), "must be positive"),
+        (lambda: fit_gaussians(1.0, 0), "one Gaussian or more: not 1.0, 0"),
+        (lambda: reduced(SKIN, 0), "one Gaussian or more, not 0"),
+        (lambda: widened(SKIN, 1.0), "reflects 0 to 1 .* not 1.0, 3"),
+        (lambda: widened(SKIN, -0.1), "reflects 0 to 1"),
+        (lambda: widened(SKIN, [0.1, np.nan, 0.1]), "reflects 0 to 1"),
+        (lambda: widened(SKIN, 0.1, 0), "over 1 term or more: not 0.1, 0"),
     ],
 )
-def test_what_cannot_be_fitted_or_widened_is_refused(call) -> None:
-    with pytest.raises(MakeupError):
+def test_what_cannot_be_fitted_or_widened_is_refused(call, message: str) -> None:
+    with pytest.raises(MakeupError, match=message):
         call()

@@ -165,6 +165,20 @@ def test_smoothness_lends_determined_wavelengths_to_the_others() -> None:
     assert np.median(np.abs(np.log(unknown.S / S)), axis=1)[1] < 0.1
 
 
+def test_the_prior_weighs_the_same_whether_the_noise_is_given_or_estimated() -> None:
+    """Six films of 40 spectra: the scatter estimates the noise to some percent, and so the weight of the prior."""
+    wave = np.linspace(0.3, 0.7, 33)
+    K, S = np.exp(2 * np.sin(6 * wave)) * np.ones((40, 1)), np.exp(3 - wave) * np.ones((40, 1))
+    films, R_g = np.array([0.02, 0.05, 0.15] * 2), np.repeat([0.05, 0.85], 3).reshape(6, 1, 1)
+    R = readings(K, S, films, R_g, None) + np.random.default_rng(8).normal(0, 0.01, (6, 40, 33))
+    given, estimated = (invert_films(R, R_g, films, noise=n, smoothness=0.002) for n in (0.01, None))
+    alone = invert_films(R, R_g, films, noise=0.01)
+    gap = np.std(np.log(given.K / alone.K))
+    assert np.std(np.log(estimated.K / given.K)) < 0.02 * gap
+    ratio = np.median(estimated.K_error / given.K_error)
+    assert 0.85 < ratio < 1.15
+
+
 def test_standard_errors_with_the_prior_are_true_too() -> None:
     """Twenty spectra: the errors in units of the standard error scatter by about one."""
     wave = np.linspace(0.3, 0.7, 33)

@@ -91,6 +91,41 @@ def test_below_the_surface_there_is_no_highlight() -> None:
     assert kelemen(N, up, up, 1.0, 0.04) > 0
 
 
+def test_many_directions_at_once_are_each_alone() -> None:
+    """Normals of any length, lights and eyes on both sides, in an array of two axes."""
+    rng = np.random.default_rng(21)
+    v = rng.normal(size=(3, 6, 5, 3))
+    v[1:] /= np.linalg.norm(v[1:], axis=-1, keepdims=True)
+    normal, light, view = v
+    m, F0 = rng.uniform(0.1, 1, (6, 5)), rng.uniform(0.02, 0.5, 5)
+    ours = kelemen(normal, light, view, m, F0)
+    assert ours.shape == (6, 5)
+    assert np.count_nonzero(ours) > 3
+    for i, j in np.ndindex(6, 5):
+        above = normal[i, j] @ light[i, j] > 0 and normal[i, j] @ view[i, j] > 0
+        wanted = exact(normal[i, j], light[i, j], view[i, j], m[i, j], F0[j]) if above else 0
+        assert ours[i, j] == pytest.approx(wanted, rel=1e-11, abs=1e-300)
+    one_normal = kelemen(
+        np.float32([0, 0, 1]), light.astype(np.float32), view.astype(np.float32), m.astype(np.float32), 0.04
+    )
+    assert (one_normal.shape, one_normal.dtype) == ((6, 5), np.float32)
+
+
+def test_float32_and_whole_numbers_are_worked_in_double_precision() -> None:
+    """Roughness and F0 in float32 mean the numbers they are; whole directions are directions."""
+    light, view = direction(20), direction(40, 150)
+    m, F0 = np.float32(0.013), np.float32(0.04)
+    assert kelemen(N, light, view, np.array([m]), np.array([F0]))[0] == pytest.approx(
+        exact(N, light, view, float(m), float(F0)), rel=1e-11
+    )
+    assert kelemen([0, 0, 1], [0, 0, 1], [0, 0, 1], 1, 1) == pytest.approx(1 / (4 * np.pi), rel=1e-15)
+    single = kelemen_albedo(np.linspace(0.1, 1, 5, dtype=np.float32), np.float32(0.3), np.float32(0.04))
+    double = kelemen_albedo(
+        np.linspace(0.1, 1, 5, dtype=np.float32).astype(float), float(np.float32(0.3)), float(np.float32(0.04))
+    )
+    np.testing.assert_array_equal(single, double.astype(np.float32))
+
+
 def test_light_and_eye_may_change_places() -> None:
     rng = np.random.default_rng(6)
     v = np.abs(rng.normal(size=(2, 200, 3)))
@@ -109,6 +144,7 @@ def test_schlick_goes_from_f0_to_one() -> None:
     assert schlick(0.04, 0.5) == pytest.approx(0.04 + 0.96 / 32, rel=1e-15)
     assert schlick(0.04, 1.0000001) == 0.04
     assert schlick(0.04, -0.1) == 1
+    assert schlick(0.04, 2.0) == 0.04
 
 
 @pytest.mark.parametrize(("m", "F0"), [(0.1, 0.04), (0.3, 0.04), (0.3, 1.0), (1.0, 0.04), (1.0, 1.0)])

@@ -83,7 +83,10 @@ def test_coarse_powder_is_never_darker_than_fine(share: float, Rg: float, K: flo
 
 def test_the_choice_of_rule_matters_for_a_dark_powder_on_pale_skin() -> None:
     assert 0.02 < powder_difference([film(150.0, 5.0, 0.02)], [0.5], 0.6) < 0.2
-    assert powder_difference([BLUSH], [0.5], 0.5, AIR) != powder_difference([BLUSH], [0.5], 0.5)
+    for interface in (None, AIR):
+        coarse = powder_over([BLUSH, SHADOW], [0.5, 0.3], 0.5, PowderRule.COARSE, interface)
+        fine = powder_over([BLUSH, SHADOW], [0.5, 0.3], 0.5, PowderRule.FINE, interface)
+        assert powder_difference([BLUSH, SHADOW], [0.5, 0.3], 0.5, interface) == pytest.approx(coarse - fine, rel=1e-12)
 
 
 @pytest.mark.parametrize("rule", list(PowderRule))
