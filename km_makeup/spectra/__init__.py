@@ -10,6 +10,7 @@ from .grid import WAVELENGTHS, resample
 from .lights import light_spectrum
 from .skin import upsample_skin
 from .skin_data import reference_skins
+from .skin_model import SkinModel, fit_skin
 from .spaces import SPACES, convert
 
 __all__ = [
@@ -17,10 +18,12 @@ __all__ = [
     "WAVELENGTHS",
     "Bands",
     "GamutReport",
+    "SkinModel",
     "bands",
     "convert",
     "delta_e",
     "fit_gamut",
+    "fit_skin",
     "lab",
     "light_spectrum",
     "reference_skins",

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import csv
-import gzip
 from pathlib import Path
 
 import numpy as np
 
 from km_makeup.products import Library
 from km_makeup.products.formulation import seen_over
-from km_makeup.spectra import delta_e, light_spectrum, resample, to_rgb, upsample_skin
-from km_makeup.spectra.derive_skin_basis import without_surface
+from km_makeup.spectra import delta_e, light_spectrum, to_rgb, upsample_skin
+from km_makeup.spectra.derive_skin_basis import issa_faces
 from km_makeup.spectra.skin import _mallett
 
 
 def test_made_up_skin_is_met_three_times_better_than_with_mallett(shared_data: Path) -> None:
-    truth = _issa(shared_data)[::25]
+    truth = issa_faces(shared_data / "spectra")[::25]
     rgb = to_rgb(truth)
     mallett = rgb @ _mallett(light_spectrum("D65").tobytes(), "Linear Rec.709").T
     guesses = {"skin basis": upsample_skin(rgb), "Mallett": mallett}
@@ -36,11 +34,3 @@ def test_made_up_skin_is_met_three_times_better_than_with_mallett(shared_data: P
 def _difference(product, truth: np.ndarray, guess: np.ndarray, light: str) -> np.ndarray:
     seen = [to_rgb(seen_over(product.K, product.S, product.thickness_um, one), light) for one in (truth, guess)]
     return delta_e(*seen)
-
-
-def _issa(shared_data: Path) -> np.ndarray:
-    file = shared_data / "spectra" / "issa_skin" / "issa_face_sites_360_740nm_10nm.csv.gz"
-    with gzip.open(file, "rt") as rows:
-        table = [row[16:47] for row in csv.reader(rows)][1:]
-    values = np.array([[float(cell) for cell in row] for row in table if all(row)]) / 100
-    return without_surface(resample(np.arange(400, 701, 10.0), values))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import gzip
 import time
 from pathlib import Path
 
@@ -11,9 +9,9 @@ import numpy as np
 import pytest
 
 from km_makeup.errors import MakeupError
-from km_makeup.spectra import SPACES, convert, delta_e, reference_skins, resample, to_rgb, upsample_skin
+from km_makeup.spectra import SPACES, convert, delta_e, reference_skins, to_rgb, upsample_skin
 from km_makeup.spectra import skin as skin_module
-from km_makeup.spectra.derive_skin_basis import basis_text, fit_basis, nist_skins, without_surface
+from km_makeup.spectra.derive_skin_basis import basis_text, fit_basis, issa_faces, nist_skins
 from km_makeup.spectra.skin_data import BASIS_FILE
 
 
@@ -77,11 +75,11 @@ def test_people_left_out_of_the_fit_are_met_better_than_by_mallett(
 
 
 def test_issa_faces_of_other_people_and_instruments_are_met_better_than_by_mallett(shared_data: Path) -> None:
-    _compare("ISSA faces, basis from NIST", issa_faces(shared_data)[::10], rms=0.02, under_A=0.8)
+    _compare("ISSA faces, basis from NIST", issa_faces(shared_data / "spectra")[::10], rms=0.02, under_A=0.8)
 
 
 def test_a_basis_from_issa_meets_nist_better_than_mallett(shared_data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    _use_basis(monkeypatch, issa_faces(shared_data))
+    _use_basis(monkeypatch, issa_faces(shared_data / "spectra"))
     _compare("NIST, basis from ISSA", nist_skins(shared_data / "spectra"), rms=0.035, under_A=1.0)
 
 
@@ -97,16 +95,6 @@ def test_reference_skins_are_light_to_deep() -> None:
     luminance = [float(to_rgb(skin)[1]) for skin in reference_skins().values()]
     assert list(reference_skins()) == ["light", "medium", "deep"]
     assert luminance == sorted(luminance, reverse=True)
-
-
-def issa_faces(shared_data: Path) -> np.ndarray:
-    """Reflectance (n, 81) of the ISSA face sites without the reflection of the surface; ends held where not measured."""
-    file = shared_data / "spectra" / "issa_skin" / "issa_face_sites_360_740nm_10nm.csv.gz"
-    nm = np.arange(400, 701, 10.0)
-    with gzip.open(file, "rt") as rows:
-        table = [row[16:47] for row in csv.reader(rows)][1:]
-    values = np.array([[float(cell) for cell in row] for row in table if all(row)]) / 100
-    return without_surface(resample(nm, values))
 
 
 def _use_basis(monkeypatch: pytest.MonkeyPatch, skins: np.ndarray) -> None:
