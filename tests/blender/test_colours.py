@@ -84,3 +84,39 @@ def test_a_mix_of_two_skins_gets_the_films_on_both(test_products, tmp_path):
         (colour,) = render.read_tiles(file, 1, 1)
         assert colour[0] > colour[1] > colour[2] > 0.1, engine
         assert colour[0] / colour[2] < 2.5, engine
+
+
+def test_live_and_baked_films_have_the_same_highlight_and_it_is_not_the_skins(test_products, tmp_path):
+    """A half covered glossy skin under a rough powder and a smooth cream, seen where the lamp is mirrored."""
+    import bpy
+
+    from km_makeup.blender import baking, looks
+    from km_makeup.blender.update import one_update, paused
+    from km_makeup.makeup import Layer, Look
+
+    render.empty_scene()
+    material = render.skin_material(list(SKIN), as_texture=False)
+    node = scenes.principled_of(material)
+    node.inputs["Specular IOR Level"].default_value, node.inputs["Roughness"].default_value = 0.5, 0.3
+    obj = render.plane(0, 1, material)
+    render.camera_over(1, 1)
+
+    def seen(engine: str, samples: int) -> np.ndarray:
+        file = tmp_path / f"{engine}.exr"
+        render.render(engine, samples, file)
+        return render.read_tiles(file, 1, 1)[0]
+
+    half = scenes.write_map(tmp_path, "half", np.full((8, 8), 128, np.uint8))
+    layers = (Layer("test-powder", 6.0, half), Layer("test-red", 4.0, half))
+    for engine, samples in (("cycles", 128), ("eevee", 4)):
+        looks.apply_look(obj, Look("Glossy", layers))
+        live = seen(engine, samples)
+        with one_update(obj):
+            obj.km_makeup.finish = "OFF"
+        skins_own = seen(engine, samples)
+        with paused():
+            obj.km_makeup.finish, obj.km_makeup.folder = "AUTO", str(tmp_path / "baked")
+        baking.bake_all(obj, bpy.context.scene)
+        baked = seen(engine, samples)
+        assert np.abs(skins_own / live - 1).max() > 0.1, engine
+        np.testing.assert_allclose(baked, live, rtol=0.01, err_msg=engine)
