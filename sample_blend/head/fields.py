@@ -43,16 +43,31 @@ def face(atlas: Atlas) -> np.ndarray:
     return jaw * hair * ear
 
 
-def upper_lid(atlas: Atlas, reach: float = 13.0) -> np.ndarray:
-    """The moving lid and a little over its crease, strongest at the lashes, drawn out at the outer corner."""
+def upper_lid(atlas: Atlas, reach: float = 12.0, wing: float = 5.0, edge: float = 0.5) -> np.ndarray:
+    """The moving lid and what is above it, as far as ``reach`` mm, drawn out ``wing`` mm past the outer corner.
+
+    Strongest at the lashes; ``edge`` is the share of the reach at which it begins to fade.
+    """
     x, y, z = np.moveaxis(atlas.position, -1, 0)
     line = surface.curve(anatomy.LID_UPPER, 60)
-    margin = np.interp(x, line[:, 0], line[:, 1], left=-3.0, right=0.8)
-    margin = margin + np.clip(x - 45.6, 0, 8) * 0.55
+    inner, outer = line[0, 0], line[-1, 0]
+    margin = np.interp(x, line[:, 0], line[:, 1])
+    margin = margin + np.clip(x - outer, 0, 12) * 0.55 - np.clip(inner - x, 0, 6) * 0.3
+    middle = 0.5 * (inner + outer) + 1.5
+    half = np.where(x < middle, middle - inner + 1.0, outer + wing - middle)
+    top = reach * np.sqrt(np.maximum(1 - ((x - middle) / half) ** 2, 1e-4))
     height = y - margin
-    body = smooth(height, -0.8, 0.4) * (1 - smooth(height, reach * 0.45, reach))
-    sides = smooth(x, 15.0, 22.0) * (1 - smooth(x, 44.0, 53.5)) * smooth(z, 40, 55)
-    return body * sides * (1 - eye_opening(atlas))
+    body = smooth(height, -0.9, 0.3) * (1 - smooth(height / top, edge, 1.0))
+    ends = smooth(np.abs(x - middle) / half, 1.0, 0.8)
+    return body * ends * smooth(z, 40, 55) * (1 - eye_opening(atlas))
+
+
+def contour(atlas: Atlas) -> np.ndarray:
+    """Shade under the cheekbone, along the jaw and at the temples."""
+    hollow = blob(atlas, (52, -34, 58), (10, 6, 16))
+    jaw = blob(atlas, (40, -82, 45), (12, 6, 22))
+    temple = blob(atlas, (56, 45, 56), (8, 16, 14))
+    return np.clip(hollow + 0.7 * jaw + 0.6 * temple, 0, 1)
 
 
 def cheek(atlas: Atlas) -> np.ndarray:

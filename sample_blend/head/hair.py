@@ -69,7 +69,7 @@ def scalp(count: int = 2800, points: int = 10, seed: int = 11) -> Strands:
     angle = np.where(rng.random(count) < 0.85, rng.uniform(0, 86, count), angle)
     side = np.where(rng.random(count) < 0.5, -1.0, 1.0)
     height = np.interp(angle, HAIRLINE[:, 0], HAIRLINE[:, 1])
-    depth = np.where(rng.random(count) < 0.85, rng.exponential(5.0, count) - 1.5, rng.uniform(0, 45, count))
+    depth = np.where(rng.random(count) < 0.85, rng.exponential(5.0, count) - 3.0, rng.uniform(0, 45, count))
     a = np.radians(angle)
     start = np.column_stack(
         [side * np.sin(a) * 70, height + depth * 0.75 + rng.normal(0, 0.8, count), np.cos(a) * 85 - depth * 0.2]
@@ -176,7 +176,7 @@ def lashes(half: Half, seed: int = 31, points: int = 8) -> Strands:
     upper, lower = ring[: n // 2 + 1], np.vstack([ring[n // 2 :], ring[:1]])[::-1]
     sets = []
     t = np.linspace(0, 1, points)
-    for line, count, sign, size in ((upper, 130, 1.0, 7.4), (lower, 54, -1.0, 3.8)):
+    for line, count, sign, size in ((upper, 150, 1.0, 7.2), (lower, 60, -1.0, 3.6)):
         s = np.sort(rng.uniform(0.14, 0.99, count))
         x = s * (len(line) - 1)
         i = np.minimum(x.astype(int), len(line) - 2)
@@ -190,7 +190,7 @@ def lashes(half: Half, seed: int = 31, points: int = 8) -> Strands:
         curl = 0.72 * t**2 - 0.24 * t if sign > 0 else 0.12 * t**2 - 0.30 * t
         p = root[:, None] + way[:, None] * (t * (1 - 0.18 * t))[None, :, None] * length[:, None, None]
         p[..., 1] += curl[None] * length[:, None]
-        radii = np.interp(t, [0, 0.4, 1], [0.055, 0.05, 0.008])[None].repeat(count, 0) * (1.0 if sign > 0 else 0.75)
+        radii = np.interp(t, [0, 0.4, 1], [0.085, 0.07, 0.010])[None].repeat(count, 0) * (1.0 if sign > 0 else 0.75)
         sets.append((p, radii, np.tile([[0.0, 0.35 * sign, 1.0]], (count, 1))))
     return Strands(*(np.vstack(parts) for parts in zip(*sets, strict=True)))
 

@@ -20,11 +20,16 @@ def drawn(atlas: Atlas) -> dict[str, np.ndarray]:
         "lips": lips,
         "blush": fields.cheek(atlas) * bare,
         "lids": fields.upper_lid(atlas) * bare,
-        "lids-wide": fields.upper_lid(atlas, 18.0) * bare,
+        "lids-wide": fields.upper_lid(atlas, 17.0, 8.0, 0.4) * bare,
+        "lids-graphic": fields.upper_lid(atlas, 19.0, 13.0, 0.86) * bare,
+        "contour": fields.contour(atlas) * bare,
+        "lips-blotted": lips * fields.smooth(atlas.rings["mouth"], 0.95, 1.7),
     }
 
 
+# product, thickness (um) where the map is white, map, strength; bottom to top
 LOOKS = {
+    "bare": [("foundation-light", 5.0, "foundation", 0.6)],
     "day": [
         ("foundation-light", 18.0, "foundation", 0.9),
         ("blush-rose", 8.0, "blush", 0.5),
@@ -35,6 +40,24 @@ LOOKS = {
         ("blush-rose", 12.0, "blush", 0.7),
         ("eyeshadow-bronze", 15.0, "lids-wide", 0.9),
         ("lipstick-classic-red", 22.0, "lips", 1.0),
+    ],
+    "stage": [
+        ("foundation-light", 45.0, "foundation", 1.0),
+        ("foundation-deep", 8.0, "contour", 0.8),
+        ("blush-rose", 25.0, "blush", 1.0),
+        ("eyeshadow-bronze", 30.0, "lids-wide", 1.0),
+        ("lipstick-berry", 30.0, "lips", 1.0),
+    ],
+    "editorial": [
+        ("foundation-light", 16.0, "foundation", 0.9),
+        ("eyeshadow-blue", 25.0, "lids-graphic", 1.0),
+        ("lipstick-coral", 6.0, "lips-blotted", 0.8),
+    ],
+    "bridal": [
+        ("foundation-light", 15.0, "foundation", 0.9),
+        ("blush-rose", 7.0, "blush", 0.55),
+        ("eyeshadow-bronze", 6.0, "lids", 0.6),
+        ("lipstick-coral", 9.0, "lips", 0.8),
     ],
 }
 

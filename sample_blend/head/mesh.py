@@ -267,7 +267,7 @@ def _quadratic(rails, t: float) -> np.ndarray:
 
 def _nostril(b: Builder, block) -> None:
     up, low = b.perimeter(block)
-    normal = np.array([0.12, -0.86, 0.48])
+    normal = np.array([0.10, -0.88, 0.46])
     normal /= np.linalg.norm(normal)
     along = np.array([-0.42, 0.0, 1.0])
     along -= normal * (along @ normal)
@@ -283,7 +283,7 @@ def _nostril(b: Builder, block) -> None:
         a = np.pi * (1 - np.arange(n) / (n - 1))
         return anatomy.NOSTRIL + shift + np.outer(np.cos(a) * width, side) + np.outer(sign * np.sin(a) * length, along)
 
-    rim = [surface.project(oval(len(p), s, 4.4, 2.5, 0), 6) for p, s in ((up, 1), (low, -1))]
+    rim = [surface.project(oval(len(p), s, 4.8, 2.7, 0), 6) for p, s in ((up, 1), (low, -1))]
     lists = [], [], [], [], []
     for k, t in enumerate((0.45, 0.8, 1.0)):
         uv = tuple(_lerp(e, _lerp(middle, e, 0.45), t) for e in edge_uv)

@@ -199,11 +199,11 @@ def _cornea_material() -> bpy.types.Material:
     return material
 
 
-def hair_material(name: str, colour, roughness: float) -> bpy.types.Material:
+def hair_material(name: str, colour, roughness: float, shine: float = 0.35) -> bpy.types.Material:
     material, shader = _material(name)
     shader.inputs["Base Color"].default_value = (*colour, 1)
     shader.inputs["Roughness"].default_value = roughness
-    shader.inputs["Specular IOR Level"].default_value = 0.35
+    shader.inputs["Specular IOR Level"].default_value = shine
     return material
 
 
@@ -254,8 +254,8 @@ def hair(half) -> None:
     from . import hair as grown
 
     dark = hair_material("Hair", (0.030, 0.016, 0.009), 0.42)
-    lash = hair_material("Lash", (0.006, 0.005, 0.0045), 0.6)
-    brow = hair_material("Brow", (0.055, 0.035, 0.023), 0.6)
+    lash = hair_material("Lash", (0.005, 0.004, 0.0035), 0.8, 0.0)
+    brow = hair_material("Brow", (0.06, 0.038, 0.025), 0.8, 0.05)
     for name, made, material in (
         ("Brows", grown.both(grown.brow()), brow),
         ("Lashes", grown.both(grown.lashes(half)), lash),
@@ -292,7 +292,7 @@ def studio() -> None:
     """Beauty light: a large key above and to the side, a weak fill from below, a rim from behind, a dim grey room."""
     face = (0, -0.08, -0.03)
     _area("Key", (-0.55, -1.05, 0.65), face, 0.6, 22.0)
-    _area("Fill", (0.75, -0.95, -0.15), face, 0.8, 6.5)
+    _area("Fill", (0.75, -0.95, -0.15), face, 0.8, 8.0)
     _area("Rim", (0.55, 0.75, 0.45), (0, 0, 0), 0.45, 6.5)
     world = bpy.data.worlds.new("Studio")
     world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.12, 0.12, 0.125, 1)

@@ -123,13 +123,13 @@ def nose(p: Points) -> np.ndarray:
     """Bridge, side walls, tip with its two domes, wings and columella."""
     soft = np.column_stack([np.sqrt(p[:, 0] ** 2 + 4.0), p[:, 1:]])
     d = capsule(p, (0, 12, 79.5), (0, -10, 92), 6.6, 7.0)
-    d = union(d, capsule(p, (0, -10, 92), (0, -28, 103.5), 7.0, 7.6), 5)
-    d = union(d, capsule(soft, (5.5, -2, 77), (7.8, -24, 88.0), 6.0, 6.8), 8)
-    d = union(d, ellipsoid(p, (0, -33.0, 106.0), (9.0, 7.6, 9.2)), 6)
-    d = union(d, ellipsoid(soft, (4.2, -32.6, 108.2), (5.0, 5.0, 6.6)), 5)
-    wing = _turned(p, (11.6, -36.4, 98.0), 0.36)
-    d = union(d, ellipsoid(wing, (0, 0, 0), (4.9, 6.7, 10.6)), 5.0)
-    d = union(d, capsule(p, (0, -38.6, 106), (0, -41.0, 97), 3.0, 4.2), 4.0)
+    d = union(d, capsule(p, (0, -10, 92), (0, -26, 103.0), 7.0, 7.4), 5)
+    d = union(d, capsule(soft, (5.5, -2, 77), (7.6, -22, 88.0), 6.0, 6.6), 8)
+    d = union(d, ellipsoid(p, (0, -31.2, 106.2), (8.6, 7.4, 9.0)), 6)
+    d = union(d, ellipsoid(soft, (4.0, -31.0, 108.4), (4.8, 4.8, 6.4)), 5)
+    wing = _turned(p, (11.3, -34.6, 97.8), 0.36)
+    d = union(d, ellipsoid(wing, (0, 0, 0), (4.6, 6.5, 10.8)), 3.5)
+    d = union(d, capsule(p, (0, -37.0, 106.5), (0, -39.6, 97.5), 3.0, 4.2), 4.0)
     return d
 
 
@@ -152,7 +152,7 @@ def _unfolded(p: Points) -> np.ndarray:
     d = carve(d, ellipsoid(p, anatomy.EYE_CENTRE + [-1, 3.0, 23], (18, 11.5, 14)), 12)
     lids = np.linalg.norm(p - anatomy.EYE_CENTRE, axis=-1) - (anatomy.EYE_RADIUS + anatomy.LID_THICKNESS)
     d = union(d, lids, 5.0)
-    return union(d, nose(p), 7.0)
+    return union(d, nose(p), 6.0)
 
 
 def skin(p: Points) -> np.ndarray:
@@ -180,7 +180,7 @@ def _furrows() -> tuple[tuple[np.ndarray, float, np.ndarray], ...]:
     crease = np.column_stack([xy, drop(xy, _unfolded)])
     fold = project(crease + [0.5, 3.2, 1.0], 8, 3.0, _unfolded)
     alar = laid(
-        [(11.5, -29.5, 99.5), (15.3, -31.5, 93.5), (17.6, -36.0, 90.5), (17.4, -41.0, 89.5), (14.5, -44.5, 92.0)], 14
+        [(9.5, -26.6, 101.5), (13.6, -27.6, 96.5), (16.8, -31.5, 91.5), (17.6, -36.5, 89.5), (16.5, -41.0, 90.0)], 14
     )
     philtrum = [(0, -44, 99), (0, -48, 100), (0, -52, 101)]
     nasolabial = laid([(18.5, -35, 89), (24, -43, 87), (28.5, -52, 85), (31, -60, 82)], 14)
@@ -190,7 +190,7 @@ def _furrows() -> tuple[tuple[np.ndarray, float, np.ndarray], ...]:
     return (
         (crease, 0.75, _ends(28, 1.5)),
         (fold, 2.2, _ends(28, -1.1)),
-        (alar, 1.2, _ends(14, 1.3)),
+        (alar, 1.2, _ends(14, 1.6)),
         (laid(philtrum, 8), 1.9, np.full(8, 0.75)),
         (laid(philtrum, 8, (4.3, 0, 0)), 1.3, np.full(8, -0.5)),
         (nasolabial, 3.2, _ends(14, 0.7)),

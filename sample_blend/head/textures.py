@@ -44,14 +44,14 @@ def _cloud(atlas: Atlas, grain_mm: float, seed: int) -> np.ndarray:
     return value / value.std()
 
 
-def albedo(atlas: Atlas, chromophores: Path, melanin: float = 0.02, seed: int = 7) -> np.ndarray:
+def albedo(atlas: Atlas, chromophores: Path, melanin: float = 0.016, seed: int = 7) -> np.ndarray:
     """The skin's colour as sRGB bytes (size, size, 3)."""
     n = atlas.size
     unit = n / 2048
     x, _y, z = np.moveaxis(atlas.position, -1, 0)
-    blood = np.full((n, n), 0.0060, np.float32)
-    blood += 0.0055 * fields.cheek(atlas)
-    blood += 0.0060 * fields.blob(atlas, (6, -35, 112), (9, 8, 12))
+    blood = np.full((n, n), 0.0075, np.float32)
+    blood += 0.0100 * fields.cheek(atlas)
+    blood += 0.0080 * fields.blob(atlas, (6, -33, 112), (9, 8, 12))
     blood += 0.0060 * fields.blob(atlas, (15, -38, 94), (5, 5, 8))
     blood += 0.0030 * fields.blob(atlas, (0, -92, 96), (12, 8, 14))
     blood += 0.0025 * fields.blob(atlas, (0, 25, 95), (14, 10, 10))
@@ -61,7 +61,7 @@ def albedo(atlas: Atlas, chromophores: Path, melanin: float = 0.02, seed: int = 
     ear = fields.smooth(z, 12, -2) * fields.smooth(x, 64, 70)
     blood += 0.006 * ear
     lips = fields.lips(atlas)
-    blood += lips * 0.032
+    blood += lips * 0.042
     grain = fields.face(atlas)  # fine grain on the face only: the tile is stretched elsewhere
     mottle = (
         0.10 * _cloud(atlas, 9.0, seed)
@@ -79,7 +79,7 @@ def albedo(atlas: Atlas, chromophores: Path, melanin: float = 0.02, seed: int = 
     spots = np.clip(_grain(n, 3.0 * unit, seed + 6) - 2.2, 0, 1)
     where = fields.blob(atlas, (14, -20, 95), (26, 12, 30)) + 0.35 * fields.blob(atlas, (20, 45, 90), (40, 25, 30))
     mel *= 1 + 1.6 * spots * np.clip(where, 0, 1) * (1 - lips)
-    mel *= 1 - 0.45 * lips
+    mel *= 1 + 0.5 * lips
     brow = _brow(atlas)
     rgb = pigment.colour_of(mel, blood, pigment.table(chromophores))
     mouth = fields.smooth(atlas.rings["mouth"], 1.85, 2.4)[..., None]
@@ -90,7 +90,7 @@ def albedo(atlas: Atlas, chromophores: Path, melanin: float = 0.02, seed: int = 
     rgb = rgb * (1 - shade) + shade * np.array([0.045, 0.026, 0.017])
     root = np.clip(
         fields.smooth(hair.inside_hairline(atlas.position.reshape(-1, 3)).reshape(n, n), -1, 9)
-        * (1 + 0.5 * _cloud(atlas, 1.0, seed + 9)),
+        * (1 + 0.5 * _cloud(atlas, 1.2, seed + 9)),
         0,
         1,
     )
@@ -169,12 +169,13 @@ def eye(size: int = 512, seed: int = 3) -> np.ndarray:
     for _ in range(60):
         freq = int(rng.integers(20, 110))
         fibres += np.cos(freq * a + rng.uniform(0, 6.28) + rng.uniform(-0.8, 0.8) * r) / 8
-    q = np.clip((r - 2.2) / (anatomy.IRIS_RADIUS - 2.2), 0, 1)
-    inner, outer = np.array([0.16, 0.085, 0.035]), np.array([0.085, 0.075, 0.05])
+    q = np.clip((r - 2.4) / (anatomy.IRIS_RADIUS - 2.4), 0, 1)
+    inner, outer = np.array([0.12, 0.06, 0.025]), np.array([0.06, 0.05, 0.033])
     iris = inner * (1 - q[..., None]) + outer * q[..., None]
     iris = iris * np.clip(1 + 0.35 * fibres, 0.3, 2.2)[..., None]
     iris *= (1 - 0.75 * fields.smooth(q, 0.78, 1.0))[..., None]
-    pupil = fields.smooth(r, 2.35, 2.05)[..., None]
+    pupil = fields.smooth(r, 2.6, 2.3)[..., None]
     iris = iris * (1 - pupil) + 0.004 * pupil
     edge = fields.smooth(r, anatomy.IRIS_RADIUS + 0.35, anatomy.IRIS_RADIUS - 0.35)[..., None]
-    return srgb(iris * edge + sclera * (1 - edge))
+    shade = 1 - 0.5 * fields.smooth(y * anatomy.EYE_RADIUS, 1.5, 5.5)[..., None]  # the lid and its lashes over it
+    return srgb((iris * edge + sclera * (1 - edge)) * shade)

@@ -72,7 +72,7 @@ def test_the_committed_albedo_is_the_one_that_the_script_makes(blend, half):
     assert np.abs(stored * 255 - made).max() <= 1.01
 
 
-@pytest.mark.parametrize("name", ["foundation", "lips", "blush", "lids", "lids-wide"])
+@pytest.mark.parametrize("name", ["foundation", "lips", "blush", "lids", "lids-wide", "lids-graphic", "contour", "lips-blotted"])
 def test_the_committed_map_is_the_one_that_the_script_draws(name, tile):
     image = pytest.importorskip("PIL.Image")
     stored = np.asarray(image.open(SAMPLE / "looks" / "maps" / f"{name}.png"))
@@ -83,7 +83,7 @@ def test_the_committed_map_is_the_one_that_the_script_draws(name, tile):
 
 def test_every_map_that_a_look_names_exists():
     looks = sorted((SAMPLE / "looks").glob("*.json"))
-    assert {"day", "evening"} <= {p.stem for p in looks}
+    assert {"bare", "day", "evening", "stage", "editorial", "bridal"} <= {p.stem for p in looks}
     for path in looks:
         for layer in json.loads(path.read_text())["layers"]:
             assert (path.parent / layer["map"]).exists(), (path.name, layer["map"])
