@@ -16,7 +16,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import MakeupError
-from .films import Array
+from .films import Array, _doubles
+
+# The search for Gaussians: radii from _NEAR times the narrowest to _FAR times the widest, widths tried at both ends
+# as multiples of the same, and how firmly the weights are held to add up to 1.
+_NEAR, _FAR, _RADII = 0.05, 8.0, 300
+_FIRST_WIDTHS, _LAST_WIDTHS = np.geomspace(0.05, 3, 20), np.geomspace(0.25, 2, 16)
+_FIRM = 1e4
 
 
 @dataclass(frozen=True)
@@ -27,8 +33,9 @@ class GaussianProfile:
     weights: Array
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "variances", np.asarray(self.variances, dtype=np.float64))
-        object.__setattr__(self, "weights", np.asarray(self.weights, dtype=np.float64))
+        variances, weights = _doubles(self.variances, self.weights)
+        object.__setattr__(self, "variances", variances)
+        object.__setattr__(self, "weights", weights)
         if self.weights.ndim != 2 or self.variances.shape != self.weights.shape[:1]:
             raise MakeupError(
                 f"A profile needs weights of shape (variances, channels), not {self.weights.shape} for "
@@ -42,17 +49,17 @@ class GaussianProfile:
     def __call__(self, r: ArrayLike) -> Array:
         """Radiant exitance at distance r (mm, > 0), 1/mm^2; shape of r and a last axis of channels."""
         v = self.variances
-        r2 = np.asarray(r, dtype=np.float64)[..., None] ** 2
+        r2 = _doubles(r)[0][..., None] ** 2
         return (np.exp(-r2 / (2 * v)) / (2 * np.pi * v)) @ self.weights
 
     def within(self, r: ArrayLike) -> Array:
         """Share of the light that leaves within distance r (mm); shape of r and a last axis of channels."""
-        r2 = np.asarray(r, dtype=np.float64)[..., None] ** 2
+        r2 = _doubles(r)[0][..., None] ** 2
         return -np.expm1(-r2 / (2 * self.variances)) @ self.weights
 
     def spectrum(self, frequency: ArrayLike) -> Array:
         """Fourier transform at a spatial frequency in radians per mm; shape of frequency and a last axis of channels."""
-        f2 = np.asarray(frequency, dtype=np.float64)[..., None] ** 2
+        f2 = _doubles(frequency)[0][..., None] ** 2
         return np.exp(-0.5 * self.variances * f2) @ self.weights
 
     @property
@@ -82,13 +89,14 @@ def burley(r: ArrayLike, d: ArrayLike) -> Array:
 
     Source: Burley 2015 (Christensen and Burley 2015, Eq 2).
     """
-    r, d = np.asarray(r, dtype=np.float64), np.asarray(d, dtype=np.float64)
+    r, d = _doubles(r, d)
     return (np.exp(-r / d) + np.exp(-r / (3 * d))) / (8 * np.pi * d * r)
 
 
 def burley_within(r: ArrayLike, d: ArrayLike) -> Array:
     """Share of the light that leaves within r, 1 - exp(-r/d)/4 - 3 exp(-r/(3 d))/4 (Burley 2015); r and d in mm."""
-    x = np.asarray(r, dtype=np.float64) / np.asarray(d, dtype=np.float64)
+    r, d = _doubles(r, d)
+    x = r / d
     return -0.25 * np.expm1(-x) - 0.75 * np.expm1(-x / 3)
 
 
@@ -97,8 +105,8 @@ def burley_distance(albedo: ArrayLike, mean_free_path: ArrayLike) -> Array:
 
     s = 1.85 - A + 7 |A - 0.8|^3, for light that enters along the normal (Christensen and Burley 2015, Eq 5).
     """
-    A = np.asarray(albedo, dtype=np.float64)
-    return np.asarray(mean_free_path, dtype=np.float64) / (1.85 - A + 7 * np.abs(A - 0.8) ** 3)
+    A, path = _doubles(albedo, mean_free_path)
+    return path / (1.85 - A + 7 * np.abs(A - 0.8) ** 3)
 
 
 def fit_gaussians(distances: ArrayLike, count: int = 6) -> GaussianProfile:
@@ -124,7 +132,7 @@ def fit_gaussians(distances: ArrayLike, count: int = 6) -> GaussianProfile:
 
     Source: least squares on the share of light within r, over ln r, as in d'Eon and Luebke 2007 on r R(r).
     """
-    d = np.atleast_1d(np.asarray(distances, dtype=np.float64))
+    d = np.atleast_1d(*_doubles(distances))
     if d.ndim != 1 or not np.all(np.isfinite(d) & (d > 0)) or count < 1:
         raise MakeupError(
             f"Scattering distances must be positive, in mm, and one Gaussian or more: not {distances!r}, {count}."
@@ -166,7 +174,7 @@ def widened(profile: GaussianProfile, back_reflectance: ArrayLike, terms: int = 
         q outside 0..1 or no term.
     """
     channels = profile.weights.shape[1]
-    q = np.broadcast_to(np.asarray(back_reflectance, dtype=np.float64), (channels,))
+    q = np.broadcast_to(_doubles(back_reflectance)[0], (channels,))
     if not np.all((q >= 0) & (q < 1)) or terms < 1:
         raise MakeupError(
             f"A film reflects 0 to 1 of the light from below, over 1 term or more: not {back_reflectance!r}, {terms}."
@@ -185,11 +193,11 @@ def widened(profile: GaussianProfile, back_reflectance: ArrayLike, terms: int = 
 
 def _nearest(within: Callable[[Array], Array], least: float, greatest: float, count: int) -> GaussianProfile:
     """The sum of ``count`` Gaussians nearest to a share within r, their widths (mm) spaced evenly in ln, ends searched."""
-    r = np.geomspace(0.05 * least, 8 * greatest, 300)
+    r = np.geomspace(_NEAR * least, _FAR * greatest, _RADII)
     wanted = within(r)
     best, found = np.inf, None
-    for first in least * np.geomspace(0.05, 3, 20):
-        for last in greatest * np.geomspace(0.25, 2, 16) if count > 1 else (first,):
+    for first in least * _FIRST_WIDTHS:
+        for last in greatest * _LAST_WIDTHS if count > 1 else (first,):
             widths = np.geomspace(first, last, count)
             columns = -np.expm1(-(r[:, None] ** 2) / (2 * widths**2))
             weights = _positive_weights(columns, wanted)
@@ -202,12 +210,11 @@ def _nearest(within: Callable[[Array], Array], least: float, greatest: float, co
 
 def _positive_weights(columns: Array, wanted: Array) -> Array:
     """Weights >= 0 with sum 1 per channel (columns of ``wanted``) that bring ``columns`` nearest to it."""
-    firm = 1e4
-    rows = np.vstack([columns, firm * np.ones(columns.shape[1])])
+    rows = np.vstack([columns, _FIRM * np.ones(columns.shape[1])])
     result = np.zeros((columns.shape[1], wanted.shape[1]))
     for channel, target in enumerate(wanted.T):
         active = np.arange(columns.shape[1])
-        aim = np.append(target, firm)
+        aim = np.append(target, _FIRM)
         while True:
             w = np.linalg.lstsq(rows[:, active], aim, rcond=None)[0]
             if active.size == 1 or w.min() >= 0:

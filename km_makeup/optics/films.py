@@ -191,6 +191,11 @@ def _floats(*values: ArrayLike) -> tuple[Array, ...]:
     return tuple(a.astype(dtype, copy=False) for a in arrays)
 
 
+def _doubles(*values: ArrayLike) -> tuple[Array, ...]:
+    """The values as float64 arrays, for what is not worth doing in float32."""
+    return tuple(np.asarray(value, dtype=np.float64) for value in values)
+
+
 def _in_blocks(kernel: Callable[..., tuple[Array, ...]], count: int, *inputs: Array) -> tuple[Array, ...]:
     """The ``count`` results of a kernel on broadcast inputs, block by block where they are large."""
     full = np.broadcast_arrays(*inputs)

@@ -13,13 +13,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MakeupError
-from .films import Array, opaque_reflectance
+from .films import Array, _doubles, opaque_reflectance
 from .interfaces import Interface, saunderson, unsaunderson
 from .inversion import Inversion, Status
 from .sensitivity import opaque_sensitivity, over_sensitivity
 
 # Optical thicknesses of the thickest film beyond which K or S are not sought: far past what any reading can tell.
 _THINNEST, _THICKEST = np.log(1e-12), np.log(1e6)
+# The noise that stands for one not given, until the residuals tell; and the least that is taken.
+_NOISE, _NOISE_LEAST = 1e-3, 1e-9
 _ROUNDS, _FIRST_ROUNDS = 200, 25
 _START_THICKNESSES = (0.02, 0.2, 1.0, 4.0)
 _START_RATIOS = np.geomspace(1e-5, 1e3, 25)
@@ -105,25 +107,22 @@ def _prepare(
     specular_included: bool,
 ) -> tuple[_Readings, tuple[int, ...], NDArray[np.bool_], Array]:
     """The readings in two axes, the shape of the result, where a reading is none, and the noise (n, m)."""
-    R = np.asarray(R, dtype=np.float64)
+    (R, R_g, X) = _doubles(R, R_g, X)
     if R.ndim == 0 or R.shape[0] < 2:
         raise MakeupError(
             "K and S of a product need the readings of at least two films; add a film of another thickness."
         )
     films, shape = R.shape[0], R.shape[1:]
-    X = np.asarray(X, dtype=np.float64)
     X = X.reshape(films, *[1] * len(shape)) if X.shape == (films,) else X
-    sigma = np.full((), 1e-3) if noise is None else np.asarray(noise, dtype=np.float64)
-    R, R_g, X, sigma = (
-        np.broadcast_to(v, R.shape).reshape(films, -1) for v in (R, np.asarray(R_g, dtype=np.float64), X, sigma)
-    )
+    (sigma,) = _doubles(_NOISE if noise is None else noise)
+    R, R_g, X, sigma = (np.broadcast_to(v, R.shape).reshape(films, -1) for v in (R, R_g, X, sigma))
     R_g = np.where(np.isinf(X), 0.5, R_g)
     slack = 3 * sigma
     bad = np.any(~((R >= -slack) & (R <= 1 + slack) & (R_g >= 0) & (R_g <= 1) & (X > 0) & (sigma >= 0)), axis=0)
     R, R_g, X = np.where(bad, 0.5, R), np.where(bad, 0.5, R_g), np.where(bad, 1, X)
     if interface is not None:
         R_g = np.clip(unsaunderson(R_g, interface, specular_included=specular_included), 0, 1)
-    weight = 1 / np.maximum(np.where(bad, 1e-3, sigma), 1e-9)
+    weight = 1 / np.maximum(np.where(bad, _NOISE, sigma), _NOISE_LEAST)
     return _Readings(R, R_g, X, weight, interface, specular_included), shape, bad, sigma
 
 

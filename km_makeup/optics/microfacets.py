@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import MakeupError
-from .films import Array, _floats
+from .films import Array, _doubles, _floats
 
 # Roughness below this is drawn as this; its lobe is some 0.1 degrees wide.
 ROUGHNESS_LEAST = 1e-3
@@ -62,15 +62,15 @@ def kelemen(N: ArrayLike, L: ArrayLike, V: ArrayLike, roughness: ArrayLike, F0: 
     grazing and mirror directions need no branch.
     """
     given = _floats(N, L, V)
-    N, L, V = (v.astype(np.float64) for v in given)
-    m2 = np.maximum(np.asarray(roughness, dtype=np.float64), ROUGHNESS_LEAST) ** 2
+    N, L, V, m, f = _doubles(*given, roughness, F0)
+    m2 = np.maximum(m, ROUGHNESS_LEAST) ** 2
     h = L + V
     hh = np.maximum(np.sum(h * h, axis=-1), 1e-24)
     NN = np.sum(N * N, axis=-1)
     s2 = np.sum(np.cross(N, h) ** 2, axis=-1)
     c2 = np.maximum(np.sum(N * h, axis=-1) ** 2, 1e-12 * NN)
     beckmann = np.exp(-(s2 / c2) / m2 - 2 * np.log(c2 / (hh * NN)) - np.log(np.pi * m2))
-    brdf = beckmann * schlick(np.asarray(F0, dtype=np.float64), 0.5 * np.sqrt(hh)) / hh
+    brdf = beckmann * schlick(f, 0.5 * np.sqrt(hh)) / hh
     lit = np.logical_and(np.sum(N * L, axis=-1) > 0, np.sum(N * V, axis=-1) > 0)
     return np.where(lit, brdf, 0).astype(given[0].dtype)
 
@@ -96,7 +96,7 @@ def kelemen_albedo(cos_view: ArrayLike, roughness: ArrayLike, F0: ArrayLike) -> 
     """
     cos_view, roughness, F0 = _floats(cos_view, roughness, F0)
     dtype = cos_view.dtype
-    c, m, f = (np.asarray(v, dtype=np.float64)[..., None, None] for v in (cos_view, roughness, F0))
+    c, m, f = (v[..., None, None] for v in _doubles(cos_view, roughness, F0))
     tan2 = np.maximum(m, ROUGHNESS_LEAST) ** 2 * _SLOPES[:, None]
     cos_h = 1 / np.sqrt(1 + tan2)
     sin_h = np.sqrt(tan2) * cos_h
