@@ -62,10 +62,10 @@ def test_titanium_dioxide_and_hematite_have_the_figures_worked_out_independently
 
 @pytest.mark.parametrize(
     ("pigment", "first", "last"),
-    [("iron-oxide-red", "3.5R", "4.1YR"), ("iron-oxide-yellow", "7.3YR", "1.6Y")],
+    [("iron-oxide-red", "10R", "5YR"), ("iron-oxide-yellow", "7.5YR", "2.5Y")],
 )
-def test_iron_oxides_have_the_munsell_hues_of_measured_minerals(pigment: str, first: str, last: str) -> None:
-    # Scheinost and Schwertmann 1999: 277 iron oxides, range of hues of hematites and of goethites
+def test_iron_oxides_have_the_munsell_hues_they_give_to_soils(pigment: str, first: str, last: str) -> None:
+    # Schwertmann 1993, Relations between iron oxides, soil color, and soil formation: hues that each gives to soils
     one = shipped_pigments()[pigment]
     hue = _munsell_hue(opaque_reflectance(one.K, one.S))
     assert _hue_number(first) <= hue <= _hue_number(last)

@@ -1,12 +1,12 @@
 """Yellow iron oxide (goethite), whose optical constants are in no open table, from those of red iron oxide.
 
 Both owe their colour to the same electrons: Fe3+ among six oxygens. What sets them apart is where the strongest visible
-band lies, the double excitation of two neighbours: near 530 nm in hematite, near 480 nm in goethite (Sherman and
-Waite 1985). So goethite's absorption per iron ion is taken as hematite's (Querry 1985), moved by that difference
-in energy. Magnetic coupling makes hematite's bands stronger (Rossman 1996; Barron and Torrent 1986 find it the
-stronger pigment); the strength that goethite keeps is the one free number, set so that the opaque pigment reaches
-the lightness of goethites, Munsell value about 6. Its hue is then a result: it falls into the range of goethites
-measured by Scheinost and Schwertmann 1999 (7.3YR to 1.6Y), and hematite's into that of hematites (3.5R to 4.1YR).
+band lies, the double excitation of two magnetically coupled neighbours (Sherman and Waite 1985): near 530 nm in hematite,
+near 480 nm in goethite, as commonly cited from there (the paper's own table was not at hand). So goethite's absorption per iron ion is taken as hematite's (Querry 1985), moved by that difference
+in energy. Magnetic coupling makes hematite's bands stronger, and mixed with white it is the
+stronger pigment (Barron and Torrent 1986); the strength that goethite keeps is the one free number, set so that the
+opaque pigment reaches a lightness usual for goethites, Munsell value about 6. Its hue is then a result: it falls
+into the range of goethite in soils, 7.5YR to 2.5Y, as hematite's falls into 10R to 5YR (Schwertmann 1993).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from .mie import KS, spheres
 Array = NDArray[np.float64]
 
 PAIR_BAND_NM = {"hematite": 530.0, "goethite": 480.0}
-"""Sherman and Waite 1985: the band 2(6A1) to 2(4T1)."""
+"""The band 2(6A1) to 2(4T1), as commonly cited from Sherman and Waite 1985."""
 
 IRON_PER_VOLUME = {"hematite": 2 * 5.26 / 159.69, "goethite": 4.27 / 88.85}
 """mol Fe per cm3, from density and molar mass."""

@@ -101,8 +101,8 @@ def _minerals(data: _Data) -> Iterator[Pigment]:
         "iron-oxide-yellow", "Yellow iron oxide, goethite", "CI 77492", 4.27,
         goethite(WAVELENGTHS, o, e), Status.COMPUTED,
         _MIE.format(um=GOETHITE_UM) + "n = 2.35. k: that of hematite per iron ion (Querry 1985), moved from 530 to 480 nm in "
-        "energy (Sherman and Waite 1985) at 0.6 of its strength, since no open table of goethite's k exists; hue as "
-        "measured on goethites (Scheinost and Schwertmann 1999).",
+        "energy (bands as commonly cited from Sherman and Waite 1985) at 0.6 of its strength, since no open table of "
+        "goethite's k was found; its hue lies in the range of goethite in soils (Schwertmann 1993).",
     )  # fmt: skip
     yield _pigment(
         "iron-oxide-black", "Black iron oxide, magnetite", "CI 77499", 5.18,
