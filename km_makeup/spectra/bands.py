@@ -35,7 +35,7 @@ class Bands:
 
     def weights_as(self, dtype: np.dtype) -> NDArray:
         """The weights in float32 or float64, each column still summing to 1 exactly."""
-        return exact_weights(self.weights, np.dtype(dtype))
+        return self.weights if dtype == self.weights.dtype else exact_weights(self.weights, np.dtype(dtype))
 
 
 def bands(light: Light = "D65", space: str = "Linear Rec.709", count: int = 81) -> Bands:

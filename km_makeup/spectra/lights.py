@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import functools
 import io
 import os
 from pathlib import Path
@@ -49,12 +50,15 @@ def light_name(light: Light) -> str:
     return Path(os.fspath(light)).name if isinstance(light, str | os.PathLike) else "own spectrum"
 
 
+@functools.cache
 def _cie(name: str) -> NDArray[np.float64]:
     table = colour_science().SDS_ILLUMINANTS
     if name not in table:
         known = "D65, D55, D50, A, LED-B3, FL2"
         raise MakeupError(f"There is no light named {name!r}; use {known}, another CIE illuminant, or a CSV file.")
-    return resample(table[name].wavelengths, table[name].values)
+    spectrum = resample(table[name].wavelengths, table[name].values)
+    spectrum.setflags(write=False)
+    return spectrum
 
 
 def _checked(wavelengths: ArrayLike, values: ArrayLike, where: str) -> NDArray[np.float64]:
