@@ -21,9 +21,9 @@ from .check import check_library
 from .files import provenance_data, write_product
 from .formulation import formulate
 from .library import Library
-from .measurement import NOISE, FilmReading, measure
+from .measurement import BARIUM_SULPHATE, NOISE, FilmReading, measure, reflectance_of
 from .pigment import shipped_pigments
-from .product import Finish, Form, Product, Provenance, Status
+from .product import Finish, Form, Product, Provenance, Spectrum, Status
 from .readers import Scale, read_spectra
 from .recipe import Recipe, mix
 from .shades import find_shades, skin_colour
@@ -120,6 +120,11 @@ def _measurement(one: argparse.ArgumentParser) -> None:
     one.add_argument(
         "--scale", choices=[str(scale) for scale in Scale], help="of the values (default: told from the file)"
     )
+    one.add_argument(
+        "--light", metavar="NAME", help="the values are radiance: spectrum of the white standard in the light"
+    )
+    one.add_argument("--dark", metavar="NAME", help="spectrum read with the light off (with --light; default: 0)")
+    one.add_argument("--standard", type=float, default=BARIUM_SULPHATE, help="reflectance of the white standard")
     one.add_argument("--source", required=True, help="who measured what, and how")
     one.add_argument("--licence", default="own measurement")
 
@@ -212,11 +217,11 @@ def _swatch(options: argparse.Namespace) -> int:
 
 
 def _import(options: argparse.Namespace) -> int:
-    spectra = read_spectra(options.file, Scale(options.scale) if options.scale else None)
     films = []
+    reading = _reader(options)
     for text in options.film:
         film, backing, thickness = _film(text)
-        films.append(FilmReading(spectra.on_grid(film), spectra.on_grid(backing), thickness))
+        films.append(FilmReading(reading(film), reading(backing), thickness))
     found = measure(
         films, noise=options.noise, index=None if options.apparent else options.index,
         specular_included=not options.specular_excluded,
@@ -234,6 +239,17 @@ def _import(options: argparse.Namespace) -> int:
     for sentence in found.quality:
         print(sentence, file=sys.stderr)
     return _write(product, options)
+
+
+def _reader(options: argparse.Namespace) -> Callable[[str], Spectrum]:
+    """The reflectance (81,) of a named spectrum of the file, from radiance where --light is given."""
+    scale = Scale.AS_IS if options.light else Scale(options.scale) if options.scale else None
+    spectra = read_spectra(options.file, scale)
+    if not options.light:
+        return spectra.on_grid
+    light = spectra.on_grid(options.light)
+    dark = spectra.on_grid(options.dark) if options.dark else np.zeros_like(light)
+    return lambda name: reflectance_of(spectra.on_grid(name), light, dark, options.standard)
 
 
 def _check(options: argparse.Namespace) -> int:

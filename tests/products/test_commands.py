@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from km_makeup.optics import film_over
 from km_makeup.products import Library, read_product
 from km_makeup.products.commands import hex_colour, main
 from km_makeup.products.swatches import srgb8, swatch, swatch_image, swatch_sheet, write_png
@@ -85,6 +86,48 @@ def test_a_measurement_is_imported_from_its_file(
     assert product.provenance.status == "measured"
     assert product.K_error is not None
     assert product.S.max() == pytest.approx(0.405 / 0.06, rel=0.05)
+
+
+def test_radiance_and_reflectance_of_one_measurement_give_one_product(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    nm = np.arange(380, 781, 5)
+    product = Library.shipped().find("foundation-medium")
+    backings = {"black": np.full(81, 0.05), "white": np.full(81, 0.8)}
+    seen = {f"on {name}": film_over(product.K, product.S, 0.06, one) for name, one in backings.items()} | backings
+    lamp, dark = np.linspace(40, 90, 81), 2.5
+    radiance = {name: R * lamp + dark for name, R in seen.items()} | {
+        "lamp": 0.99 * lamp + dark,
+        "dark": 0 * lamp + dark,
+    }
+    made = []
+    for kind, columns, extra in (
+        ("reflectance", seen, []),
+        ("radiance", radiance, ["--light", "lamp", "--dark", "dark"]),
+    ):
+        file = tmp_path / f"{kind}.csv"
+        rows = zip(nm, *columns.values(), strict=True)
+        file.write_text("\n".join(",".join(map(str, row)) for row in [("nm", *columns), *rows]))
+        out = tmp_path / f"{kind}.json"
+        films = ["--film", "on black:black:60um", "--film", "on white:white:60um", "--apparent", "--noise", "1e-6"]
+        names = [
+            "--id",
+            "x",
+            "--name",
+            "x",
+            "--kind",
+            "foundation",
+            "--source",
+            "simulated for a test",
+            "--out",
+            str(out),
+        ]
+        assert run(capsys, "import", str(file), *films, *names, *extra)[0] == 0
+        made.append(read_product(out))
+    assert np.allclose(made[0].K, product.K, rtol=1e-3, atol=1e-3)
+    assert np.allclose(made[1].K, made[0].K, rtol=1e-4, atol=1e-4)
+    assert np.allclose(made[1].S, product.S, rtol=1e-3)
+    assert made[1].interface == "apparent"
 
 
 def test_check_finds_nothing_in_the_shipped_library_and_something_in_a_broken_one(
