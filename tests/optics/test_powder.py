@@ -30,11 +30,11 @@ AIR = air_interface(1.5)
 @settings(max_examples=60, deadline=None)
 def test_powder_keeps_all_light(share: float, K: float, S: float) -> None:
     grains = powder(film(K, S, 0.02), share)
-    assert grains.R_top + grains.T + grains.A_top == pytest.approx(1, rel=1e-14)
-    assert grains.R_bottom + grains.T_up + grains.A_bottom == pytest.approx(1, rel=1e-14)
+    assert grains.R_top + grains.T + grains.A_top == pytest.approx(1, rel=1e-14, abs=0)
+    assert grains.R_bottom + grains.T_up + grains.A_bottom == pytest.approx(1, rel=1e-14, abs=0)
     under_air = powder(stack([film(K, S, 0.02), AIR.as_stack]), share)
-    assert under_air.R_bottom + under_air.T_up + under_air.A_bottom == pytest.approx(1, rel=1e-14)
-    assert under_air.R_top + under_air.T + under_air.A_top == pytest.approx(1, rel=1e-14)
+    assert under_air.R_bottom + under_air.T_up + under_air.A_bottom == pytest.approx(1, rel=1e-14, abs=0)
+    assert under_air.R_top + under_air.T + under_air.A_top == pytest.approx(1, rel=1e-14, abs=0)
 
 
 @pytest.mark.parametrize("rule", list(PowderRule))
@@ -45,15 +45,15 @@ def test_full_cover_is_the_film_and_none_is_the_skin(rule: PowderRule, interface
 
     full = powder_over([BLUSH, SHADOW], [1.0, 1.0], 0.4, rule, interface)
     whole = lay(SHADOW, BLUSH)
-    assert full == pytest.approx(seen(over(whole.R_top, whole.T**2, whole.R_bottom, 0.4)), rel=1e-14)
-    assert powder_over([BLUSH, SHADOW], [0.0, 0.0], 0.4, rule, interface) == pytest.approx(seen(0.4), rel=1e-15)
-    assert powder_over([], [], 0.4, rule, interface) == pytest.approx(seen(0.4), rel=1e-15)
+    assert full == pytest.approx(seen(over(whole.R_top, whole.T**2, whole.R_bottom, 0.4)), rel=1e-14, abs=0)
+    assert powder_over([BLUSH, SHADOW], [0.0, 0.0], 0.4, rule, interface) == pytest.approx(seen(0.4), rel=1e-15, abs=0)
+    assert powder_over([], [], 0.4, rule, interface) == pytest.approx(seen(0.4), rel=1e-15, abs=0)
 
 
 def test_the_fine_rule_averages_layers_then_stacks() -> None:
     share, Rg = 0.3, 0.5
     R, T = share * BLUSH.R, share * BLUSH.T + 1 - share
-    assert powder_over([BLUSH], [share], Rg) == pytest.approx(R + T * T * Rg / (1 - R * Rg), rel=1e-14)
+    assert powder_over([BLUSH], [share], Rg) == pytest.approx(R + T * T * Rg / (1 - R * Rg), rel=1e-14, abs=0)
 
 
 def test_the_coarse_rule_averages_all_stacks() -> None:
@@ -61,9 +61,9 @@ def test_the_coarse_rule_averages_all_stacks() -> None:
     skin, blush, shadow = Rg, film_over(20.0, 40.0, 0.02, Rg), film_over(80.0, 10.0, 0.01, Rg)
     both = film_over(80.0, 10.0, 0.01, blush)
     wanted = (1 - a) * (1 - b) * skin + a * (1 - b) * blush + (1 - a) * b * shadow + a * b * both
-    assert powder_over([BLUSH, SHADOW], [a, b], Rg, PowderRule.COARSE) == pytest.approx(wanted, rel=1e-14)
+    assert powder_over([BLUSH, SHADOW], [a, b], Rg, PowderRule.COARSE) == pytest.approx(wanted, rel=1e-14, abs=0)
     air = (1 - a) * apparent(skin, AIR) + a * apparent(blush, AIR)
-    assert powder_over([BLUSH], [a], Rg, PowderRule.COARSE, AIR) == pytest.approx(air, rel=1e-14)
+    assert powder_over([BLUSH], [a], Rg, PowderRule.COARSE, AIR) == pytest.approx(air, rel=1e-14, abs=0)
 
 
 @given(share=st.floats(0.01, 0.99), Rg=st.floats(0.0, 1.0), K=st.floats(0.1, 100), S=st.floats(0.1, 100))
@@ -86,7 +86,9 @@ def test_the_choice_of_rule_matters_for_a_dark_powder_on_pale_skin() -> None:
     for interface in (None, AIR):
         coarse = powder_over([BLUSH, SHADOW], [0.5, 0.3], 0.5, PowderRule.COARSE, interface)
         fine = powder_over([BLUSH, SHADOW], [0.5, 0.3], 0.5, PowderRule.FINE, interface)
-        assert powder_difference([BLUSH, SHADOW], [0.5, 0.3], 0.5, interface) == pytest.approx(coarse - fine, rel=1e-12)
+        assert powder_difference([BLUSH, SHADOW], [0.5, 0.3], 0.5, interface) == pytest.approx(
+            coarse - fine, rel=1e-12, abs=0
+        )
 
 
 @pytest.mark.parametrize("rule", list(PowderRule))
@@ -97,7 +99,7 @@ def test_maps_and_wavelengths_broadcast_and_keep_float32(rule: PowderRule) -> No
     assert ours.shape == (5, 81)
     assert ours.dtype == np.float32
     alone = powder_over([film(50.0, 20.0, 0.02), film(50.0, 5.0, 0.01)], [0.5, 1.0], 0.4, rule, AIR)
-    assert ours[2, -1] == pytest.approx(float(alone), rel=2e-6)
+    assert ours[2, -1] == pytest.approx(float(alone), rel=2e-6, abs=0)
     assert powder(film(K, 20.0, 0.02), 0.5).R_top.dtype == np.float32
 
 
