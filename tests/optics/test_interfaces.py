@@ -91,6 +91,12 @@ def test_quadrature_and_closed_form_meet(n: float) -> None:
         assert fresnel_diffuse(n).external == pytest.approx(float(judd(mp.mpf(n))), rel=3e-14, abs=0)
 
 
+def test_indices_in_float32_or_whole_are_worked_in_double_precision() -> None:
+    n = np.array([1.1, 1.5], np.float32)
+    np.testing.assert_array_equal(fresnel_diffuse(n).external, fresnel_diffuse(n.astype(np.float64)).external)
+    assert fresnel_diffuse(2) == fresnel_diffuse(2.0)
+
+
 def test_indices_come_in_any_shape() -> None:
     n = np.array([[1.0, 1.33], [1.5, 5.0]])
     ours = fresnel_diffuse(n)

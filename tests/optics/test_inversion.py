@@ -166,12 +166,30 @@ class TestStatus:
 
     @pytest.mark.parametrize("X", [0.0, -1.0, np.nan, np.inf])
     def test_what_is_no_thickness_is_out_of_range(self, X: float) -> None:
-        assert invert(0.6, 0.4, 0.1, X).status == Status.OUT_OF_RANGE
-        assert invert_backings(0.3, 0.05, 0.6, 0.9, X).status == Status.OUT_OF_RANGE
+        for result in (invert(0.6, 0.4, 0.1, X), invert_backings(0.3, 0.05, 0.6, 0.9, X)):
+            assert (result.status, result.K, result.S) == (Status.OUT_OF_RANGE, 0, 0)
+            assert (result.K_error, result.S_error) == (0, 0)
 
     def test_two_backings_alike_are_out_of_range(self) -> None:
         result = invert_backings(0.3, 0.5, 0.3, 0.5, 1.0)
         assert (result.status, result.K, result.S) == (Status.OUT_OF_RANGE, 0, 0)
+
+    def test_a_film_of_the_colour_of_one_backing_is_still_a_film(self) -> None:
+        R_inf = float(opaque_reflectance(0.5, 40.0))
+        for g_1, g_2 in ((0.05, R_inf), (R_inf, 0.99)):
+            result = backings(0.5, 40.0, 0.05, g_1, g_2)
+            assert result.status == Status.OK
+            assert result.K == pytest.approx(0.5, rel=1e-9)
+
+    def test_what_noise_alone_makes_unphysical_is_taken_as_the_nearest_film(self) -> None:
+        """Backings near each other spread the noise: R0 = -.02 or A = -.02 are nothing then, and much without noise."""
+        dark = [0.3 * (0.9 / 1.0), 0.3, 0.5 * 0.96, 0.5]
+        clear = [0.322, 0.3, 0.517, 0.5]
+        for readings in (dark, clear):
+            assert invert_backings(*readings, 0.1, noise=0.004).status == Status.OK
+            assert invert_backings(*readings, 0.1).status == Status.INCONSISTENT
+        assert invert_backings(*dark, 0.1, noise=0.004).S == 0
+        assert invert_backings(*clear, 0.1, noise=0.004).K == 0
 
     def test_a_reading_below_the_first_reflection_is_out_of_range(self) -> None:
         assert invert(0.5, 0.3, 0.03, 1.0, interface=AIR).status == Status.OUT_OF_RANGE
@@ -242,6 +260,8 @@ def test_the_interface_is_taken_off_all_readings(specular_included: bool) -> Non
         return saunderson(R, AIR, specular_included=specular_included)
 
     options = {"interface": AIR, "specular_included": specular_included}
+    if specular_included:
+        del options["specular_included"]  # it is what is taken unless said otherwise
     one = invert(read(opaque_reflectance(K, S)), read(film_over(K, S, X, 0.1)), read(0.1), X, **options)
     two = invert_backings(
         read(film_over(K, S, X, 0.1)), read(0.1), read(film_over(K, S, X, 0.9)), read(0.9), X, **options
@@ -273,6 +293,16 @@ def test_standard_errors_are_the_scatter_of_repeated_readings(method: str, inter
     assert np.all(result.status == Status.OK)
     for values, errors in ((result.K, result.K_error), (result.S, result.S_error)):
         assert 0.93 < np.median(errors) / np.std(values) < 1.07
+
+
+def test_the_order_of_the_backings_makes_no_difference_to_errors_either() -> None:
+    R_1, R_2 = saunderson(film_over(4.0, 25.0, 0.03, 0.05), AIR), saunderson(film_over(4.0, 25.0, 0.03, 0.85), AIR)
+    g_1, g_2 = saunderson(0.05, AIR), saunderson(0.85, AIR)
+    one = invert_backings(R_1, g_1, R_2, g_2, 0.03, noise=0.003, interface=AIR)
+    other = invert_backings(R_2, g_2, R_1, g_1, 0.03, noise=0.003, interface=AIR)
+    for name in ("K", "S", "K_error", "S_error", "K_condition", "S_condition"):
+        assert getattr(one, name) == getattr(other, name)
+    assert 0 < one.S_error < one.S
 
 
 def test_free_film_gives_back_any_film_from_reflectance_and_transmittance() -> None:
