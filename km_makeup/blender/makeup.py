@@ -58,7 +58,7 @@ def set_up(obj: bpy.types.Object, slots: list[int] | None = None, uv_map: str | 
             entry = obj.km_makeup.slots.add()
             entry.index, entry.original, entry.link = (
                 index,
-                obj.material_slots[index].material,
+                _original_of(obj.material_slots[index].material),
                 obj.material_slots[index].link,
             )
 
@@ -66,7 +66,21 @@ def set_up(obj: bpy.types.Object, slots: list[int] | None = None, uv_map: str | 
 def _check_slot(obj: bpy.types.Object, index: int) -> None:
     if not 0 <= index < len(obj.material_slots) or obj.material_slots[index].material is None:
         raise MakeupError(f"{obj.name!r} has no material in slot {index + 1}; choose a slot that has one.")
-    skin_colour_sockets(obj.material_slots[index].material)
+    material = obj.material_slots[index].material
+    if _original_of(material) is None:
+        raise MakeupError(
+            f"{material.name!r} in slot {index + 1} of {obj.name!r} is a copy that carries makeup, and its original is "
+            "not known here; put the skin's own material into the slot and press Set Up Makeup."
+        )
+    skin_colour_sockets(material)
+
+
+def _original_of(material: bpy.types.Material) -> bpy.types.Material | None:
+    """The skin material itself, or of a copy of ours the one that it was made from; None where that is lost."""
+    if not material.get(MADE):
+        return material
+    entries = (entry for obj in bpy.data.objects for entry in obj.km_makeup.slots)
+    return next((entry.original for entry in entries if entry.made == material), None)
 
 
 def usable_slots(obj: bpy.types.Object) -> list[int]:
@@ -91,18 +105,72 @@ def remove(obj: bpy.types.Object, keep_layers: bool = False) -> None:
 
 def _bare(obj: bpy.types.Object) -> None:
     """Put the originals back into the slots and delete the copies that nothing uses any more."""
+    _follow_slots(obj)
     for entry in obj.km_makeup.slots:
-        if entry.index >= len(obj.material_slots):
-            continue
-        slot = obj.material_slots[entry.index]
-        if slot.material is not None and slot.material == entry.made:
-            if entry.link == "DATA":
-                slot.material = None
-                slot.link = "DATA"
-            if slot.material != entry.original:
-                slot.material = entry.original
+        if entry.index < len(obj.material_slots):
+            _put_back(obj, entry)
         made, entry.made = entry.made, None
         _delete(made)
+
+
+def _put_back(obj: bpy.types.Object, entry: bpy.types.PropertyGroup) -> None:
+    """Put the original into its slot, unless the user put in another material, or deleted the original."""
+    slot = obj.material_slots[entry.index]
+    if entry.original is None or (slot.material is not None and slot.material != entry.made):
+        return
+    if entry.link == "DATA" and slot.link == "OBJECT":
+        slot.material = None
+        slot.link = "DATA"
+    if slot.material == entry.original:
+        return
+    if slot.link == "DATA" and _made_up_by_another(obj, slot.material):
+        slot.link = "OBJECT"
+    stale, slot.material = slot.material, entry.original
+    _delete(stale)
+
+
+def _made_up_by_another(obj: bpy.types.Object, material: bpy.types.Material | None) -> bool:
+    """Whether another object wears this material of ours on the same mesh."""
+    return material is not None and any(
+        other != obj and other.data == obj.data and any(entry.made == material for entry in other.km_makeup.slots)
+        for other in bpy.data.objects
+    )
+
+
+def _follow_slots(obj: bpy.types.Object) -> None:
+    """Slots that were moved since are found again by what they hold."""
+    held = [slot.material for slot in obj.material_slots]
+    for entry in obj.km_makeup.slots:
+        mine = entry.made or entry.original
+        if mine in held and (entry.index >= len(held) or held[entry.index] != mine):
+            entry.index = held.index(mine)
+
+
+def _check_set_up(obj: bpy.types.Object) -> None:
+    """MakeupError where the object no longer has what it was set up with."""
+    if not obj.km_makeup.slots:
+        raise MakeupError(f"{obj.name!r} has no makeup; press Set Up first.")
+    names = [layer.name for layer in obj.data.uv_layers]
+    if obj.km_makeup.uv_map not in names:
+        raise MakeupError(
+            f"{obj.name!r} has no UV map named {obj.km_makeup.uv_map!r} any more (it has {', '.join(names) or 'none'}); "
+            "press Set Up Makeup again."
+        )
+    _follow_slots(obj)
+    for entry in obj.km_makeup.slots:
+        if entry.index >= len(obj.material_slots):
+            raise MakeupError(f"{obj.name!r} has no slot {entry.index + 1} any more; press Set Up Makeup again.")
+        held = obj.material_slots[entry.index].material
+        if held is not None and not held.get(MADE) and held != entry.original:
+            raise MakeupError(
+                f"Slot {entry.index + 1} of {obj.name!r} holds {held.name!r} now, not the material that makeup was set "
+                "up on; press Set Up Makeup again."
+            )
+        if entry.original is None:
+            raise MakeupError(
+                f"The original material of slot {entry.index + 1} of {obj.name!r} was deleted; put the skin's material "
+                "into the slot and press Set Up Makeup."
+            )
 
 
 def _delete(material: bpy.types.Material | None) -> None:
@@ -177,6 +245,7 @@ def light_of(obj: bpy.types.Object) -> str:
 
 def skin_under(obj: bpy.types.Object) -> Skin:
     """The skin of the object's original materials."""
+    _check_set_up(obj)
     return skin_of([entry.original for entry in obj.km_makeup.slots], obj.km_makeup.uv_map)
 
 
@@ -190,8 +259,7 @@ def stack_of(obj: bpy.types.Object, plan: Plan) -> tuple[list[Product], list[Coa
 def refresh(obj: bpy.types.Object, scene: bpy.types.Scene | None = None) -> Plan:
     """Bring the object's materials to what its layers say; build what the plan lists, and nothing else."""
     scene = scene or bpy.context.scene
-    if not obj.km_makeup.slots:
-        raise MakeupError(f"{obj.name!r} has no makeup; press Set Up first.")
+    _check_set_up(obj)
     plan = plan_of(obj, scene)
     if not plan.touches_material:
         _bare(obj)
@@ -257,7 +325,8 @@ def _live_parts(obj: bpy.types.Object, plan: Plan) -> list[FilmNodes]:
 
 def _baked_parts(obj: bpy.types.Object, plan: Plan) -> BakedNodes:
     makeup = obj.km_makeup
-    if makeup.baked_R is None or (makeup.baked_T2 is None and makeup.baked_albedo is None):
+    passed = makeup.baked_T2 is not None and makeup.baked_R_up is not None
+    if makeup.baked_R is None or not (passed or (makeup.finished and makeup.baked_albedo is not None)):
         raise MakeupError(f"{obj.name!r} has no baked textures yet; press Bake, or set Colour to Live.")
     albedo = makeup.baked_albedo if makeup.finished else None
     return BakedNodes(

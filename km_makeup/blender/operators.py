@@ -60,6 +60,8 @@ class KM_OT_set_up(_Makeup, bpy.types.Operator):
         from . import makeup
 
         makeup.set_up(obj)
+        if obj.km_makeup.layers:
+            makeup.refresh(obj, context.scene)
         names = ", ".join(entry.original.name for entry in obj.km_makeup.slots)
         return f"Makeup lies on {names}, painted on {obj.km_makeup.uv_map!r}"
 

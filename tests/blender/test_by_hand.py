@@ -1,0 +1,150 @@
+"""What users do by hand between two operators: materials, slots, maps and UV maps deleted, moved or swapped."""
+
+from __future__ import annotations
+
+import pytest
+
+from km_makeup.errors import MakeupError
+from tests.blender import scenes
+
+pytestmark = pytest.mark.blender
+
+
+@pytest.fixture
+def made_up(clean_scene, painted_look):
+    """A head in makeup, the skin in its one slot."""
+    from km_makeup.blender import looks
+
+    obj = scenes.head()
+    obj.data.materials.append(scenes.skin())
+    looks.apply_look(obj, painted_look)
+    return obj
+
+
+def materials(obj) -> list[str | None]:
+    return [slot.material.name if slot.material else None for slot in obj.material_slots]
+
+
+def test_a_deleted_original_is_said_and_the_makeup_stays_on(made_up):
+    import bpy
+
+    from km_makeup.blender import makeup
+
+    bpy.data.materials.remove(made_up.km_makeup.slots[0].original)
+    with pytest.raises(MakeupError, match="original material of slot 1 of 'Head' was deleted"):
+        makeup.refresh(made_up)
+    with pytest.raises(MakeupError, match="original is not known"):
+        makeup.set_up(made_up, slots=[0])
+    makeup.remove(made_up)
+    assert materials(made_up) == ["Skin with Makeup"]
+
+
+def test_after_a_deleted_original_a_new_skin_can_be_set_up(made_up):
+    import bpy
+
+    from km_makeup.blender import makeup
+
+    bpy.data.materials.remove(made_up.km_makeup.slots[0].original)
+    made_up.material_slots[0].material = scenes.skin("New")
+    makeup.set_up(made_up)
+    makeup.refresh(made_up)
+    assert materials(made_up) == ["New with Makeup"]
+    makeup.remove(made_up)
+    assert materials(made_up) == ["New"]
+
+
+def test_removing_puts_the_original_back_where_the_copy_was_deleted(made_up):
+    import bpy
+
+    from km_makeup.blender import makeup
+
+    bpy.data.materials.remove(made_up.km_makeup.slots[0].made)
+    makeup.remove(made_up)
+    assert materials(made_up) == ["Skin"]
+
+
+def test_makeup_follows_its_slot_when_slots_are_moved(made_up):
+    from km_makeup.blender import makeup
+
+    other = scenes.skin("Eyes")
+    made_up.data.materials.append(other)
+    made_up.data.materials[0], made_up.data.materials[1] = other, made_up.data.materials[0]
+    makeup.refresh(made_up)
+    assert materials(made_up) == ["Eyes", made_up.km_makeup.slots[0].made.name]
+    makeup.remove(made_up)
+    assert materials(made_up) == ["Eyes", "Skin"]
+
+
+def test_a_slot_that_is_gone_is_said_and_its_copy_is_cleaned_up(made_up):
+    import bpy
+
+    from km_makeup.blender import makeup
+
+    made_up.data.materials.clear()
+    with pytest.raises(MakeupError, match="no slot 1 any more"):
+        makeup.refresh(made_up)
+    makeup.remove(made_up)
+    assert [m.name for m in bpy.data.materials] == ["Skin"]
+
+
+def test_a_material_put_into_the_slot_by_hand_is_not_thrown_out(made_up):
+    from km_makeup.blender import makeup
+
+    made_up.material_slots[0].material = scenes.skin("Own")
+    with pytest.raises(MakeupError, match="holds 'Own' now"):
+        makeup.refresh(made_up)
+    assert materials(made_up) == ["Own"]
+
+
+def test_a_renamed_uv_map_is_said(made_up):
+    from km_makeup.blender import makeup
+
+    made_up.data.uv_layers[0].name = "Renamed"
+    with pytest.raises(MakeupError, match=r"no UV map named .* any more .it has Renamed"):
+        makeup.refresh(made_up)
+
+
+def test_a_deleted_baked_texture_asks_for_another_bake(made_up, tmp_path):
+    import bpy
+
+    from km_makeup.blender import baking, makeup
+
+    made_up.km_makeup.folder = str(tmp_path / "baked")
+    baking.bake_all(made_up, bpy.context.scene)
+    bpy.data.images.remove(made_up.km_makeup.baked_R_up)
+    with pytest.raises(MakeupError, match="press Bake"):
+        makeup.refresh(made_up)
+
+
+@pytest.mark.parametrize("linked", [False, True], ids=["own mesh", "shared mesh"])
+@pytest.mark.parametrize("refreshed", [False, True], ids=["copied", "copied and refreshed"])
+@pytest.mark.parametrize("first", [False, True], ids=["off the copy", "off the first"])
+def test_makeup_comes_off_one_of_two_copies_and_stays_on_the_other(made_up, linked, refreshed, first):
+    import bpy
+
+    from km_makeup.blender import makeup
+
+    twin = made_up.copy()
+    if not linked:
+        twin.data = made_up.data.copy()
+    bpy.context.collection.objects.link(twin)
+    if refreshed:
+        makeup.refresh(twin)
+    gone, kept = (made_up, twin) if first else (twin, made_up)
+    makeup.remove(gone)
+    assert materials(gone) == ["Skin"]
+    assert materials(kept) == [kept.km_makeup.slots[0].made.name]
+    makeup.refresh(kept)
+    makeup.remove(kept)
+    assert materials(kept) == materials(gone) == ["Skin"]
+    assert [m.name for m in bpy.data.materials] == ["Skin"]
+
+
+def test_an_object_new_on_a_made_up_mesh_is_set_up_on_the_skin_itself(made_up):
+    import bpy
+
+    from km_makeup.blender import makeup
+
+    other = bpy.data.objects.new("Other", made_up.data)
+    makeup.set_up(other)
+    assert other.km_makeup.slots[0].original.name == "Skin"
