@@ -20,6 +20,7 @@ from km_makeup.optics import (
     saunderson,
 )
 from km_makeup.optics.sensitivity import opaque_sensitivity, over_sensitivity
+from tests.optics import oracle
 
 k_values = st.floats(1e-4, 20.0)
 X_values = st.floats(1e-3, 5.0)
@@ -293,6 +294,33 @@ def test_standard_errors_are_the_scatter_of_repeated_readings(method: str, inter
     assert np.all(result.status == Status.OK)
     for values, errors in ((result.K, result.K_error), (result.S, result.S_error)):
         assert 0.93 < np.median(errors) / np.std(values) < 1.07
+
+
+@pytest.mark.parametrize(("K", "S", "X"), [(4.0, 25.0, 0.03), (0.2, 60.0, 0.02), (50.0, 3.0, 0.01)])
+def test_the_condition_is_the_sum_of_the_sensitivities_to_every_reading(K: float, S: float, X: float) -> None:
+    """On a black backing there is nothing but R_inf, R and X; on others the backing's share joins that of its reading."""
+    with mp.workdps(60):
+        on_black = oracle.conditions(lambda k, s: (oracle.opaque(k, s), oracle.film_over(k, s, X, 0.0)), K, S, [])
+        both = oracle.conditions(
+            lambda k, s: (oracle.film_over(k, s, X, 0.0), oracle.film_over(k, s, X, 0.9)), K, S, []
+        )
+    one = invert(opaque_reflectance(K, S), film_over(K, S, X, 0.0), 0.0, X)
+    assert one.K_condition == pytest.approx(float(on_black[0]), rel=1e-6, abs=0)
+    assert one.S_condition == pytest.approx(float(on_black[1]), rel=1e-6, abs=0)
+    two = backings(K, S, X, 0.0, 0.9)
+    assert 1 < two.K_condition / float(both[0]) < 2.5
+    assert 1 < two.S_condition / float(both[1]) < 2.5
+
+
+def test_readings_at_and_beyond_the_ends_of_an_interface() -> None:
+    black = float(AIR.k1)  # internally 0
+    assert invert(0.5, 0.3, black, 1.0, interface=AIR).status == Status.OK
+    assert invert_backings(0.2, black, 0.6, 0.8, 1.0, interface=AIR).status == Status.OK
+    assert invert(0.5, 0.3, 0.99, 1.0, interface=AIR, specular_included=False).status == Status.OUT_OF_RANGE
+    single = invert(*np.array([[0.5], [0.3], [0.1]], np.float32), 1.0, interface=AIR, noise=0.001)
+    assert single.K.dtype == single.K_error.dtype == single.S_condition.dtype == np.float32
+    double = invert(np.array([0.5]), 0.3, 0.1, 1.0, interface=AIR, noise=0.001)
+    assert single.K_error == pytest.approx(double.K_error, rel=1e-4, abs=0)
 
 
 def test_the_order_of_the_backings_makes_no_difference_to_errors_either() -> None:
