@@ -1,6 +1,6 @@
 """Make the sample head: ``sample_blend/head.blend``, its cosmetic maps and looks.
 
-    .venv/bin/python sample_blend/make_head.py [--out FOLDER] [--quick]
+    .venv/bin/python sample_blend/make_head.py [--out FOLDER] [--quick] [--skin light|medium|deep]
 
 Run with bpy 5.0.1, so that Blender 5.0 and 5.2 both open the file. Needs NumPy, SciPy, Pillow and colour-science, and
 ../shared/spectra/chromophores. The same contents every time.
@@ -25,6 +25,9 @@ def main() -> int:
         "--out", type=Path, default=HERE, help="folder for head.blend and looks/ (default: sample_blend)"
     )
     parser.add_argument("--quick", action="store_true", help="albedo 512 texels wide, for a look at the shape")
+    parser.add_argument(
+        "--skin", choices=("light", "medium", "deep"), default="light", help="the skin's melanin (default: light)"
+    )
     arguments = parser.parse_args()
     os.environ.setdefault("BLENDER_USER_RESOURCES", tempfile.mkdtemp(prefix="km-makeup-"))
     sys.path.insert(0, str(HERE))
@@ -44,7 +47,7 @@ def main() -> int:
     maps.write(atlas.make(half, 1024), arguments.out / "looks")
     say("skin and eye pictures")
     tile = atlas.make(half, 512 if arguments.quick else 2048)
-    skin, detail = textures.albedo(tile, CHROMOPHORES), textures.detail(tile)
+    skin, detail = textures.albedo(tile, CHROMOPHORES, textures.SKINS[arguments.skin]), textures.detail(tile)
     eye = textures.eye()
     say("scene")
     import bpy
@@ -59,7 +62,7 @@ def main() -> int:
         )
         scene.eyes(scene.picture("eye", eye, Path(folder)))
         scene.hair(half)
-        scene.studio()
+        scene.lights()
         scene.cameras()
         scene.settings()
         scene.save(arguments.out.resolve() / "head.blend")

@@ -55,10 +55,10 @@ SKIN_POINTS = np.array(
 CANTHUS_INNER = np.array([16.6, -1.8, 72.5])
 CANTHUS_OUTER = np.array([45.6, 1.4, 66.2])
 LID_UPPER = np.array(
-    [(16.6, -1.8), (18.9, 0.5), (22.3, 3.0), (26.8, 4.6), (31.5, 5.0), (36.2, 4.7), (41.0, 3.5), (45.6, 1.4)]
+    [(16.6, -1.8), (18.9, 0.4), (22.3, 2.7), (26.8, 4.2), (31.5, 4.6), (36.2, 4.3), (41.0, 3.2), (45.6, 1.4)]
 )
 LID_LOWER = np.array(
-    [(16.6, -1.8), (19.5, -2.8), (24.0, -4.4), (29.0, -5.6), (34.0, -5.7), (38.8, -4.5), (42.6, -2.0), (45.6, 1.4)]
+    [(16.6, -1.8), (19.5, -2.8), (24.0, -4.3), (29.0, -5.4), (34.0, -5.5), (38.8, -4.3), (42.6, -1.9), (45.6, 1.4)]
 )
 CREASE = np.array(
     [(18.5, 4.6), (22.0, 7.4), (26.5, 9.3), (31.5, 9.9), (37.0, 9.6), (42.0, 8.1), (46.5, 5.4), (49.5, 2.8)]
@@ -77,3 +77,21 @@ LIP_RAILS = {
 NOSTRIL = np.array([6.9, -40.0, 101.6])
 
 BROW = np.array([(12.5, 15.8), (19, 17.6), (28, 19.6), (37, 21.0), (45, 19.9), (52.5, 15.8)])
+
+
+def unevenness(p: np.ndarray) -> np.ndarray:
+    """Points (n, 3) of the mirrored head moved by up to 0.8 mm: no face is its own mirror image.
+
+    Brow, nose tip, corners of the mouth and chin only, so that lids and eyeballs keep fitting.
+    """
+    x, y, z = np.asarray(p, float).T
+    front = 1 / (1 + np.exp(-(z - 45) / 6))
+    left = np.tanh(x / 14)
+
+    def near(height: float, width: float) -> np.ndarray:
+        return np.exp(-0.5 * ((y - height) / width) ** 2)
+
+    tip = 0.6 * np.exp(-0.5 * (((y + 33) / 8) ** 2 + (x / 12) ** 2)) * (z > 80)
+    dx = (tip - 0.7 * near(-92, 12)) * front
+    dy = (0.55 * left * near(-60, 9) - 0.6 * left * near(20, 4.5)) * front
+    return np.column_stack([x + dx, y + dy, z])

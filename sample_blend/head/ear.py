@@ -11,7 +11,7 @@ from . import surface
 from .mesh import Half
 
 GRID = 26
-CENTRE = np.array([66.5, -9.0, -9.0])
+CENTRE = np.array([70.0, -9.0, -9.0])
 UP = np.array([0.05, np.cos(0.2), -np.sin(0.2)])
 BACK = np.array([np.sin(0.50), 0.0, -np.cos(0.50)])
 OUT = np.cross(BACK, UP)
@@ -56,7 +56,7 @@ def relief(q: np.ndarray) -> np.ndarray:
     h = 0.05 * q[:, 0]
     h = h + _ridge(q, HELIX, 2.0, [0.5, 3.0, 4.2, 4.6, 4.8, 4.8, 4.6, 4.4, 4.0, 3.0, 1.2])
     h = h + _ridge(q, ANTIHELIX, 2.6, [3.0, 4.6, 5.4, 5.0, 4.0, 1.5]) + _ridge(q, CRUS, 2.0, [0.5, 2.6, 2.2])
-    h = h + _blob(q, (-0.5, -5.5), (5.4, 6.0), -9.0) + _blob(q, (1.5, 4.0), (5.0, 3.6), -6.0)
+    h = h + _blob(q, (-0.5, -5.5), (5.2, 5.8), -5.5) + _blob(q, (1.5, 4.0), (4.6, 3.2), -3.6)
     h = h + _blob(q, (-9.0, -5.5), (2.6, 4.2), 5.2) + _blob(q, (3.4, -14.5), (3.2, 2.2), 2.4)
     h = h + _blob(q, (-3.0, -14.5), (2.2, 2.6), -2.5) + _blob(q, (0, -23), (6, 6), 1.6)
     return h

@@ -72,6 +72,6 @@ def contour(atlas: Atlas) -> np.ndarray:
 
 def cheek(atlas: Atlas) -> np.ndarray:
     """The apple of the cheek, brushed up towards the temple."""
-    apple = blob(atlas, (41, -25, 75), (12, 9, 14))
-    sweep = blob(atlas, (54, -14, 58), (10, 8, 14))
-    return np.clip(apple + 0.75 * sweep, 0, 1)
+    apple = blob(atlas, (42, -26, 74), (13, 10, 15))
+    sweep = blob(atlas, (56, -15, 55), (11, 9, 16))
+    return np.clip(0.9 * apple + 0.75 * sweep, 0, 1)

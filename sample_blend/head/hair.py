@@ -17,7 +17,7 @@ KNOT = np.array([0.0, 12.0, -104.0])
 CENTRE = np.array([0.0, 18.0, -8.0])
 # the hairline: angle from straight ahead (degrees), height (mm)
 HAIRLINE = np.array([(0, 61), (10, 62.5), (22, 62), (33, 56), (43, 44), (50, 31), (57, 18), (65, 5), (74, -9), (80, -14),
-                     (88, 12), (96, 24), (106, 18), (116, -14), (130, -42), (155, -66), (180, -72)], float)  # fmt: skip
+                     (85, 14), (90, 26), (104, 29), (113, 22), (120, -8), (132, -38), (155, -66), (180, -72)], float)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ def _unit(v: np.ndarray) -> np.ndarray:
     return v / np.linalg.norm(v, axis=-1, keepdims=True)
 
 
-def scalp(count: int = 2800, points: int = 10, seed: int = 11) -> Strands:
+def scalp(count: int = 2600, points: int = 10, seed: int = 11) -> Strands:
     """Hair combed back from the hairline to a knot."""
     rng = np.random.default_rng(seed)
     angle = np.degrees(np.arccos(rng.uniform(-1, 1, count)))
@@ -93,8 +93,21 @@ def scalp(count: int = 2800, points: int = 10, seed: int = 11) -> Strands:
     top = rng.uniform(5.0, 8.2, (count, 1))
     lift = top * (1 - np.exp(-t[None] * 7)) + 0.05
     p = _onto(path.reshape(-1, 3), lift.ravel()).reshape(count, points, 3)
-    radii = np.interp(t, [0, 0.15, 1], [0.02, 0.13, 0.16])[None].repeat(count, 0) * rng.uniform(0.6, 1.3, (count, 1))
+    p = _onto(_unit(_over_the_ear(p) - CENTRE).reshape(-1, 3), lift.ravel()).reshape(count, points, 3)
+    radii = np.interp(t, [0, 0.15, 1], [0.02, 0.16, 0.26])[None].repeat(count, 0) * rng.uniform(0.6, 1.3, (count, 1))
     return Strands(p, radii, _unit(p - CENTRE))
+
+
+def _over_the_ear(p: np.ndarray) -> np.ndarray:
+    """Strands (n, m, 3) lifted over the ears: what would run across an ear passes above it."""
+    along = np.clip(1 - ((p[..., 2] + 10.0) / 30.0) ** 2, 0, 1)
+    least = -14.0 + 46.0 * np.sqrt(along)
+    beside = (np.abs(p[..., 0]) > 48) & (along > 0) & (p[:, :1, 1] > -25)
+    q = p.copy()
+    q[..., 1] = np.where(beside, np.maximum(p[..., 1], least), p[..., 1])
+    for _ in range(2):
+        q[:, 1:-1] = 0.5 * q[:, 1:-1] + 0.25 * (q[:, :-2] + q[:, 2:])
+    return q
 
 
 def knot(count: int = 420, points: int = 18, seed: int = 12) -> Strands:

@@ -32,19 +32,19 @@ LOOKS = {
     "bare": [("foundation-light", 5.0, "foundation", 0.6)],
     "day": [
         ("foundation-light", 18.0, "foundation", 0.9),
-        ("blush-rose", 8.0, "blush", 0.5),
+        ("blush-rose", 5.0, "blush", 0.5),
         ("lipstick-coral", 12.0, "lips", 0.85),
     ],
     "evening": [
-        ("foundation-light", 22.0, "foundation", 1.0),
-        ("blush-rose", 12.0, "blush", 0.7),
+        ("foundation-light", 16.0, "foundation", 1.0),
+        ("blush-rose", 7.0, "blush", 0.6),
         ("eyeshadow-bronze", 15.0, "lids-wide", 0.9),
         ("lipstick-classic-red", 22.0, "lips", 1.0),
     ],
     "stage": [
         ("foundation-light", 45.0, "foundation", 1.0),
         ("foundation-deep", 8.0, "contour", 0.8),
-        ("blush-rose", 25.0, "blush", 1.0),
+        ("blush-rose", 14.0, "blush", 0.9),
         ("eyeshadow-bronze", 30.0, "lids-wide", 1.0),
         ("lipstick-berry", 30.0, "lips", 1.0),
     ],
@@ -55,7 +55,7 @@ LOOKS = {
     ],
     "bridal": [
         ("foundation-light", 15.0, "foundation", 0.9),
-        ("blush-rose", 7.0, "blush", 0.55),
+        ("blush-rose", 4.0, "blush", 0.5),
         ("eyeshadow-bronze", 6.0, "lids", 0.6),
         ("lipstick-coral", 9.0, "lips", 0.8),
     ],

@@ -416,6 +416,6 @@ def mirrored(half: Half) -> Mesh:
     region = np.array(half.region)
     ring = np.array(half.ring)
     return Mesh(
-        np.vstack([p, p[extra] * [-1, 1, 1]]), faces, corners,
+        anatomy.unevenness(np.vstack([p, p[extra] * [-1, 1, 1]])), faces, corners,
         np.concatenate([region, region[extra]]), np.concatenate([ring, ring[extra]]),
     )  # fmt: skip

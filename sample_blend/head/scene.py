@@ -100,7 +100,7 @@ def _relief(tree, shader, detail) -> None:
     tree.links.new(split.outputs[2], scaled.inputs[1])
     creases = node("ShaderNodeBump", -400, -80, Strength=1.0, Distance=0.0004)
     tree.links.new(split.outputs[1], creases.inputs["Height"])
-    pores = node("ShaderNodeBump", -200, -200, Strength=1.0, Distance=0.00004)
+    pores = node("ShaderNodeBump", -200, -200, Strength=1.0, Distance=0.000028)
     tree.links.new(scaled.outputs[0], pores.inputs["Height"])
     tree.links.new(creases.outputs["Normal"], pores.inputs["Normal"])
     tree.links.new(pores.outputs["Normal"], shader.inputs["Normal"])
@@ -230,15 +230,15 @@ def _cap_material() -> bpy.types.Material:
     tree.links.new(up.outputs[0], angle.inputs[1])
     stretch = node("ShaderNodeMath")
     stretch.operation = "MULTIPLY"
-    stretch.inputs[1].default_value = 6.0
+    stretch.inputs[1].default_value = 2.5
     tree.links.new(parts.outputs["Y"], stretch.inputs[0])
     flat = node("ShaderNodeCombineXYZ")
     tree.links.new(angle.outputs[0], flat.inputs["X"])
     tree.links.new(stretch.outputs[0], flat.inputs["Y"])
-    noise = node("ShaderNodeTexNoise", Scale=38.0, Detail=4.0, Roughness=0.75)
+    noise = node("ShaderNodeTexNoise", Scale=30.0, Detail=2.0, Roughness=0.6)
     noise.noise_dimensions = "2D"
     tree.links.new(flat.outputs[0], noise.inputs["Vector"])
-    bump = node("ShaderNodeBump", Strength=1.0, Distance=0.0016)
+    bump = node("ShaderNodeBump", Strength=1.0, Distance=0.0010)
     tree.links.new(noise.outputs["Fac"], bump.inputs["Height"])
     tree.links.new(bump.outputs["Normal"], shader.inputs["Normal"])
     ramp = node("ShaderNodeValToRGB")
@@ -263,6 +263,7 @@ def hair(half) -> None:
         ("Knot", grown.knot(), dark),
     ):
         points, quads = made.ribbons()
+        points = anatomy.unevenness(points)
         mesh_object(name, metres(points), quads).data.materials.append(material)
     p, faces = grown.cap(half)
     whole = np.vstack([p, p * [-1, 1, 1]])
@@ -277,7 +278,11 @@ def _aim(item: bpy.types.Object, location, target) -> None:
     item.rotation_euler = (Vector(target) - Vector(location)).to_track_quat("-Z", "Y").to_euler()
 
 
-def _area(name: str, location, target, size: float, watts: float, colour=(1, 1, 1)) -> None:
+FACE = (0.0, -0.08, -0.03)
+TUNGSTEN = (1.0, 0.448, 0.126)  # CIE illuminant A in linear Rec.709, brightest channel 1
+
+
+def _area(group, name: str, location, target, size: float, watts: float, colour=(1, 1, 1)) -> None:
     light = bpy.data.lights.new(name, "AREA")
     light.shape = "DISK"
     light.size, light.energy, light.color = size, watts, colour
@@ -285,15 +290,31 @@ def _area(name: str, location, target, size: float, watts: float, colour=(1, 1, 
     light.shadow_filter_radius = 0.0
     item = bpy.data.objects.new(name, light)
     _aim(item, location, target)
-    bpy.context.scene.collection.objects.link(item)
+    group.objects.link(item)
 
 
-def studio() -> None:
-    """Beauty light: a large key above and to the side, a weak fill from below, a rim from behind, a dim grey room."""
-    face = (0, -0.08, -0.03)
-    _area("Key", (-0.55, -1.05, 0.65), face, 0.6, 22.0)
-    _area("Fill", (0.75, -0.95, -0.15), face, 0.8, 8.0)
-    _area("Rim", (0.55, 0.75, 0.45), (0, 0, 0), 0.45, 6.5)
+def _lights(name: str, shown: bool):
+    group = bpy.data.collections.new(name)
+    bpy.context.scene.collection.children.link(group)
+    group.hide_render = group.hide_viewport = not shown
+    return group
+
+
+def lights() -> None:
+    """Three set-ups, a collection each, the studio shown: beauty light, window daylight, evening tungsten.
+
+    Studio: a large key above and to the side, a weak fill from below, a rim from behind, a dim grey room.
+    """
+    studio = _lights("Light studio", True)
+    _area(studio, "Key", (-0.55, -1.05, 0.65), FACE, 0.6, 22.0)
+    _area(studio, "Fill", (0.75, -0.95, -0.15), FACE, 0.8, 8.0)
+    _area(studio, "Rim", (0.34, 1.05, 0.55), (0, 0, 0), 0.45, 10.0)
+    window = _lights("Light window", False)
+    _area(window, "Window", (-1.3, -0.75, 0.35), FACE, 1.3, 48.0)
+    _area(window, "Wall", (1.6, -0.8, 0.1), FACE, 1.6, 7.0)
+    evening = _lights("Light tungsten", False)
+    _area(evening, "Lamp", (0.7, -0.8, 0.55), FACE, 0.16, 26.0, TUNGSTEN)
+    _area(evening, "Lampshade", (-1.2, -0.6, -0.1), FACE, 0.7, 9.0, TUNGSTEN)
     world = bpy.data.worlds.new("Studio")
     world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.12, 0.12, 0.125, 1)
     bpy.context.scene.world = world
@@ -342,4 +363,4 @@ def save(path: Path) -> None:
     bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True, copy=False)
 
 
-__all__ = ["cameras", "eyes", "head", "picture", "save", "settings", "studio"]
+__all__ = ["cameras", "eyes", "hair", "head", "lights", "picture", "save", "settings"]

@@ -44,7 +44,11 @@ def _cloud(atlas: Atlas, grain_mm: float, seed: int) -> np.ndarray:
     return value / value.std()
 
 
-def albedo(atlas: Atlas, chromophores: Path, melanin: float = 0.016, seed: int = 7) -> np.ndarray:
+# melanin volume fraction of the epidermis
+SKINS = {"light": 0.016, "medium": 0.055, "deep": 0.15}
+
+
+def albedo(atlas: Atlas, chromophores: Path, melanin: float = SKINS["light"], seed: int = 7) -> np.ndarray:
     """The skin's colour as sRGB bytes (size, size, 3)."""
     n = atlas.size
     unit = n / 2048
@@ -60,7 +64,8 @@ def albedo(atlas: Atlas, chromophores: Path, melanin: float = 0.016, seed: int =
     blood += 0.03 * fields.eye_opening(atlas)
     ear = fields.smooth(z, 12, -2) * fields.smooth(x, 64, 70)
     blood += 0.006 * ear
-    lips = fields.lips(atlas)
+    ring = atlas.rings["mouth"] + 0.035 * _cloud(atlas, 3.0, seed + 8)
+    lips = fields.smooth(ring, 0.86, 1.14) * (0.72 + 0.28 * fields.smooth(ring, 1.05, 1.6))  # softer than any lipstick
     blood += lips * 0.042
     grain = fields.face(atlas)  # fine grain on the face only: the tile is stretched elsewhere
     mottle = (

@@ -72,7 +72,9 @@ def test_the_committed_albedo_is_the_one_that_the_script_makes(blend, half):
     assert np.abs(stored * 255 - made).max() <= 1.01
 
 
-@pytest.mark.parametrize("name", ["foundation", "lips", "blush", "lids", "lids-wide", "lids-graphic", "contour", "lips-blotted"])
+@pytest.mark.parametrize(
+    "name", ["foundation", "lips", "blush", "lids", "lids-wide", "lids-graphic", "contour", "lips-blotted"]
+)
 def test_the_committed_map_is_the_one_that_the_script_draws(name, tile):
     image = pytest.importorskip("PIL.Image")
     stored = np.asarray(image.open(SAMPLE / "looks" / "maps" / f"{name}.png"))
@@ -123,8 +125,8 @@ def test_at_least_98_percent_of_faces_are_quads(whole):
 def test_the_head_has_human_proportions(whole, name, low, high):
     p, ring, region = whole.vertices, whole.ring, whole.region
     on = {k: p[(region == i) & (np.abs(ring - 1) < 1e-9)] for i, k in enumerate(mesh.REGIONS)}
-    skull = p[(region == 0) & (p[:, 1] > 20)]
-    middle = p[np.abs(p[:, 0]) < 1e-6]
+    skull = p[(region == 0) & (p[:, 1] > 30)]  # above the ears
+    middle = p[np.abs(p[:, 0]) < 1.0]
     chin = middle[(middle[:, 2] > 70) & (middle[:, 1] > -115), 1].min()
     wing = p[(np.abs(p[:, 1] + 37) < 5) & (p[:, 2] > 96) & (region == 0)]
     sizes = {
