@@ -6,11 +6,13 @@ Exit codes: 0 all done, 1 unexpected error, 2 bad input (one line says what to d
 from __future__ import annotations
 
 import argparse
+import contextlib
+import ctypes
 import json
 import logging
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -121,11 +123,37 @@ def main(arguments: Sequence[str]) -> int:
         return 130
 
 
+@contextlib.contextmanager
+def _blender_aside(aside: bool) -> Iterator[None]:
+    """What Blender and its importers write to standard output goes to standard error, so that JSON stands there alone."""
+    if not aside:
+        yield
+        return
+    libc = ctypes.cdll.ucrtbase if os.name == "nt" else ctypes.CDLL(None)
+    sys.stdout.flush()
+    libc.fflush(None)
+    standard_output = os.dup(1)
+    os.dup2(2, 1)
+    try:
+        with contextlib.redirect_stdout(sys.stderr):
+            yield
+    finally:
+        libc.fflush(None)
+        os.dup2(standard_output, 1)
+        os.close(standard_output)
+
+
 def _path(text: str, blend: str = "") -> Path:
     """A path; ``//`` starts at the folder of the .blend."""
     if text.startswith("//"):
         return Path(blend).resolve().parent / text[2:]
     return Path(text).expanduser()
+
+
+def _between(value: int, name: str, low: int, high: int) -> int:
+    if not low <= value <= high:
+        raise MakeupError(f"{name} is {value}; it must lie between {low} and {high}.")
+    return value
 
 
 def _size(text: str) -> tuple[int, int]:
@@ -170,28 +198,41 @@ def _more_products(folders: Sequence[str]) -> None:
     os.environ["KM_MAKEUP_PRODUCTS"] = os.pathsep.join([*folders, *([known] if known else [])])
 
 
+def _not_over_an_input(out: Path, head: HeadJob) -> None:
+    """MakeupError where the picture would replace the skin's texture or a map."""
+    inputs = [head.skin, *(Path(layer.map) for layer in head.look.layers if layer.map)]
+    if any(path and path.resolve() == out.resolve() for path in inputs):
+        raise MakeupError(f"--out {out} would replace a picture that it is made from; choose another name.")
+
+
 def _render(options: argparse.Namespace) -> int:
     _more_products(options.products)
-    views = [view.strip() for view in options.view.split(",") if view.strip()]
+    views = list(dict.fromkeys(view.strip() for view in options.view.split(",") if view.strip()))
     if not views:
         raise MakeupError("--view names no view; use front, three-quarter, close-up or a camera's name.")
-    if options.samples < 1:
-        raise MakeupError("--samples must be at least 1.")
     out = _path(options.out, options.head)
+    save = _path(options.save, options.head) if options.save else None
+    if len(views) > 1 and out.suffix.lower() in (".png", ".exr"):
+        raise MakeupError(f"--out {options.out} is one picture, but there are {len(views)} views; give a folder.")
+    if save and save.suffix.lower() != ".blend":
+        raise MakeupError(f"--save {options.save}: scenes are saved as .blend; choose this suffix.")
+    head = _head(options)
+    _not_over_an_input(out, head)
     job = RenderJob(
-        head=_head(options),
+        head=head,
         engine=options.engine,
         colour=options.colour,
         bare=options.bare,
         size=_size(options.size),
-        samples=options.samples,
-        seed=options.seed,
+        samples=_between(options.samples, "--samples", 1, 2**24),
+        seed=_between(options.seed, "--seed", 0, 2**31 - 1),
         targets={views[0]: out} if len(views) == 1 and out.suffix else {v: out / f"{v}.png" for v in views},
-        save=_path(options.save, options.head) if options.save else None,
+        save=save,
     )
-    from .blender.commands import run_render
+    with _blender_aside(options.json):
+        from .blender.commands import run_render
 
-    result = run_render(job)
+        result = run_render(job)
     for view, problem in result.failed.items():
         print(f"km_makeup: view {view}: {problem}", file=sys.stderr)
     if options.json:
@@ -207,22 +248,24 @@ def _bake(options: argparse.Namespace) -> int:
     job = BakeJob(
         head=_head(options),
         folder=_path(options.out, options.head),
-        resolution=options.resolution,
+        resolution=_between(options.resolution, "--resolution", 0, 16384),
         finished=options.finished,
         full_float=options.float,
     )
-    from .blender.commands import run_bake
+    with _blender_aside(options.json):
+        from .blender.commands import run_bake
 
-    files, seconds = run_bake(job)
+        files, seconds = run_bake(job)
     if options.json:
         print(json.dumps({"files": {k: str(v) for k, v in files.items()}, "seconds": round(seconds, 3)}))
     return OK
 
 
 def _doctor(options: argparse.Namespace) -> int:
-    from .blender.commands import run_doctor
+    with _blender_aside(options.json):
+        from .blender.commands import run_doctor
 
-    findings = run_doctor()
+        findings = run_doctor()
     if options.json:
         print(json.dumps([finding.__dict__ for finding in findings], indent=2))
     else:

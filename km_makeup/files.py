@@ -57,6 +57,8 @@ def ensure_folder(folder: Path) -> Path:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise MakeupError(f"Cannot make the folder {folder}: {error.strerror}; choose another output folder.") from None
-    if not os.access(folder, os.W_OK):
-        raise MakeupError(f"The folder {folder} is read-only; choose another output folder.")
-    return folder
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
+    except OSError as error:
+        raise MakeupError(f"Cannot write into {folder} ({error.strerror}); choose another output folder.") from None

@@ -44,9 +44,8 @@ def read_image(path: Path) -> tuple[NDArray, list[str]]:
         eight_bit = spec.format == oiio.TypeDesc("uint8")
         pixels = source.read_image("uint8" if eight_bit else "float")
         if pixels is None:
-            raise MakeupError(
-                f"The image {path} is damaged ({source.geterror().strip()}); save it again as PNG or EXR."
-            )
+            reason = " ".join(source.geterror().split())
+            raise MakeupError(f"The image {path} is damaged ({reason}); save it again as PNG or EXR.")
         names = list(spec.channelnames)
     finally:
         source.close()

@@ -54,6 +54,8 @@ def open_head(path: Path, skin: Path | None, name: str | None) -> Head:
 
     Raises MakeupError where the file is missing, of another kind, or has no head in it.
     """
+    if path.is_dir():
+        raise MakeupError(f"{path} is a folder; give the head's file.")
     if not path.is_file():
         raise MakeupError(f"The file {path} does not exist; check the path.")
     if path.suffix.lower() not in FORMATS:

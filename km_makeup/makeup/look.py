@@ -17,6 +17,8 @@ from ..errors import MakeupError
 from ..files import write_text
 
 SCHEMA = 1
+THICKEST = 1e5
+"""Largest thickness of a layer in micrometres: ten centimetres, which is opaque."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +94,7 @@ def _look_from(data: Any, where: str) -> Look:
 def _layer_from(data: Any, where: str) -> Layer:
     if not isinstance(data, dict) or not isinstance(data.get("product"), str):
         raise MakeupError(f"{where}: every layer needs the id of a 'product'.")
-    thickness = check_number(data.get("thickness_um"), f"{where}: 'thickness_um' (micrometres)", 0, 1e6)
+    thickness = check_number(data.get("thickness_um"), f"{where}: 'thickness_um' (micrometres)", 0, THICKEST)
     strength = check_number(data.get("strength", 1.0), f"{where}: 'strength'", 0, 1)
     channel = data.get("channel", "R")
     if channel not in ("R", "G", "B", "A"):
@@ -137,16 +139,18 @@ def parse_layer(text: str) -> Layer:
     head, at, thickness = text.rpartition("@")
     if not at:
         head, thickness = text, ""
-    product, _, path = head.partition("=")
+    product, equals, path = head.partition("=")
     if not product:
         raise MakeupError(f"--layer {text!r} names no product; write it like {example}.")
+    if equals and path.partition("#")[0] == "":
+        raise MakeupError(f"--layer {text!r} names no map after '='; write it like {example}, or leave '=' out.")
     number = thickness.removesuffix("um").removesuffix("µm").strip()
     try:
         micrometres = float(number) if at else math.nan
     except ValueError:
         raise MakeupError(f"--layer {text!r}: {thickness!r} is no thickness; write it like {example}.") from None
     if at:
-        check_number(micrometres, f"--layer {text!r}: the thickness (µm)", 0, 1e6)
+        check_number(micrometres, f"--layer {text!r}: the thickness (µm)", 0, THICKEST)
     channel = "R"
     if path[-2:-1] == "#" and path[-1] in "RGBA":
         path, channel = path[:-2], path[-1]

@@ -39,6 +39,7 @@ def files(tmp_path_factory) -> Path:
     (folder / "broken.blend").write_bytes(b"no blender file")
     (folder / "head.fbx").write_bytes(b"x")
     scenes.write_map(folder, "lips", scenes.spots())
+    (folder / "cut.png").write_bytes((folder / "lips.png").read_bytes()[:-40])
     scenes.write_map(folder, "small", np.zeros((8, 8), np.uint8))
     scenes.write_map(folder, "nan", np.full((32, 32), np.nan, np.float32))
     scenes.write_map(folder, "above", np.full((32, 32), 2.0, np.float32))
@@ -175,7 +176,19 @@ BAD = {
     "no such products": ([*RENDER, *LAYER, "--products", "nowhere"], "product folder nowhere"),
     "no such view": ([*RENDER, *LAYER, "--view", "behind"], "no view or camera 'behind'"),
     "no size": ([*RENDER, *LAYER, "--size", "large"], "write it like 720x900"),
-    "no samples": ([*RENDER, *LAYER, "--samples", "0"], "at least 1"),
+    "no samples": ([*RENDER, *LAYER, "--samples", "0"], "between 1 and"),
+    "samples beyond Blender": ([*RENDER, *LAYER, "--samples", "99999999999"], "between 1 and"),
+    "a seed beyond Blender": ([*RENDER, *LAYER, "--seed", "99999999999"], "between 0 and"),
+    "a resolution below 0": (["bake", *RENDER[1:4], *LAYER, "--resolution", "-4"], "between 0 and 16384"),
+    "a resolution beyond Blender": (["bake", *RENDER[1:4], *LAYER, "--resolution", "100000"], "between 0 and 16384"),
+    "a thickness beyond Blender": ([*RENDER, "--layer", "lipstick-berry@500000um"], "between 0 and 100000"),
+    "a map forgotten": ([*RENDER, "--layer", "lipstick-berry=@15um"], "names no map after '='"),
+    "a damaged map": ([*RENDER, "--layer", "lipstick-berry=FILES/cut.png"], "is damaged"),
+    "a folder as head": (["render", "FILES"], "is a folder"),
+    "several views in one picture": ([*RENDER, *LAYER, "--view", "front,close-up", "--out", "a.png"], "give a folder"),
+    "a save that is no blend": ([*RENDER, *LAYER, "--out", "a.png", "--save", "a.png"], "saved as .blend"),
+    "a picture over the skin": ([*RENDER, *LAYER, "--out", "FILES/albedo.png"], "would replace a picture"),
+    "a save in a locked folder": ([*RENDER, *LAYER, "--out", "a.png", "--save", "/proc/a.blend"], "Cannot write"),
     "another picture": ([*RENDER, *LAYER, "--out", "a.webp"], ".png or .exr"),
     "a locked folder": ([*RENDER, *LAYER, "--out", "/proc/km_makeup/a.png"], "choose another output folder"),
     "a locked bake": (["bake", *RENDER[1:4], *LAYER, "--out", "/proc/km_makeup"], "choose another output folder"),
@@ -261,6 +274,16 @@ def test_a_process_renders_a_picture(python_with_bpy, files, tmp_path):
     )  # fmt: skip
     assert ran.returncode == 0, ran.stderr
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("command", ["render", "bake"])
+def test_standard_output_of_a_process_is_the_json_alone(python_with_bpy, files, tmp_path, command):
+    options = {"render": [*QUICK, "--out", str(tmp_path / "a.png")], "bake": ["--out", str(tmp_path / "textures")]}
+    ran = shell(
+        command, str(files / "head.obj"), "--layer", f"lipstick-berry={files / 'lips.png'}", *options[command], "--json"
+    )
+    assert ran.returncode == 0, ran.stderr
+    assert json.loads(ran.stdout)["seconds" if command == "bake" else "pictures"]
 
 
 def test_the_doctor_finds_all_well(run):
