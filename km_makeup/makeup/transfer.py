@@ -23,7 +23,11 @@ TABLE = 255
 """Blender evaluates a colour ramp through a table of 256 entries; stops on its entries are met exactly."""
 
 RIDGE = 1e-4
-SUBSTRATE_VALUES = (0.0, 0.15, 0.5, 1.0)
+SUBSTRATE_VALUES = (0.0, 0.1, 0.3, 0.6, 0.8, 1.0, 1.0, 1.0)
+"""Painted values of a film under which the next one is fitted; the full one, which covers most of a map, counts more."""
+
+DARKEST = 0.003
+"""Reflectance below which differences are no longer weighted more."""
 
 
 def stop_positions() -> NDArray:
@@ -73,15 +77,15 @@ def _fit_one(one: Coat, ground: NDArray, interface: Interface | None, bands: Ban
     target = out @ W
     a = optics.R @ W
     seen = target - a[:, None]
-    weight = 1 / np.maximum(np.abs(target).mean(axis=2), 0.02) ** 0.5
-    M = _ridge(c, seen, weight)
+    # Lightness is a cube root: a difference in a channel is seen as its share of the channel to the power 2/3.
+    M = _ridge(c, seen, np.maximum(np.abs(target), DARKEST) ** (-2 / 3))
     a[0], M[0] = 0, np.eye(3)
     fitted = a[:, None] + np.einsum("sij,gj->sgi", M, c)
     return Transfer(a, M, float(np.abs(fitted - target).max()))
 
 
 def _ridge(c: NDArray, seen: NDArray, weight: NDArray) -> NDArray:
-    """M (stops, 3, 3) with M c close to ``seen`` (stops, ground, 3), pulled gently to a diagonal matrix.
+    """M (stops, 3, 3) with M c close to ``seen`` (stops, ground, 3), weighted by channel, pulled gently to a diagonal matrix.
 
     Skins of one colour do not determine nine numbers; the diagonal one that maps their mean is the
     natural choice, and deviations from it are paid for.
@@ -90,11 +94,12 @@ def _ridge(c: NDArray, seen: NDArray, weight: NDArray) -> NDArray:
     diagonal = seen.mean(axis=1) / np.maximum(mean, 1e-6)
     prior = diagonal[:, :, None] * np.eye(3)
     rest = seen - diagonal[:, None] * c
-    wc = weight[..., None] * c
-    gram = np.einsum("sgi,sgj->sij", wc, wc)
-    gram += RIDGE * np.trace(gram, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
-    right = np.einsum("sgi,sgj->sij", wc, weight[..., None] * rest)
-    return prior + np.linalg.solve(gram, right).transpose(0, 2, 1)
+    products = (c[:, :, None] * c[:, None, :]).reshape(len(c), 9)
+    squared = (weight * weight).transpose(0, 2, 1)
+    gram = (squared @ products).reshape(*squared.shape[:2], 3, 3)
+    gram += RIDGE * np.trace(gram, axis1=2, axis2=3)[..., None, None] / 3 * np.eye(3)
+    right = (squared * rest.transpose(0, 2, 1)) @ c
+    return prior + np.linalg.solve(gram, right[..., None])[..., 0]
 
 
 def _under_next(one: Coat, ground: NDArray, interface: Interface | None) -> NDArray:

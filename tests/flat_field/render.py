@@ -24,12 +24,12 @@ import numpy as np
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 TILE_PX = 12
-MARGIN_PX = 3
+MARGIN_PX = 2
 BATCH = 195
 MAP_SIZE = 4
 PATHS = ("live", "baked", "finished")
 ENGINES = {"cycles": "CYCLES", "eevee": "BLENDER_EEVEE"}
-SAMPLES = {"cycles": 512, "eevee": 8}
+SAMPLES = {"cycles": 256, "eevee": 8}
 
 
 def empty_scene() -> None:
