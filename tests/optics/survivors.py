@@ -1,0 +1,122 @@
+"""Why mutants survive: (mutant's name, change from => to, reason), as regular expressions; the first that fits is taken."""
+
+from __future__ import annotations
+
+EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
+    ("", r"strict=(True|None|False)|zip\(", "Equivalent: the lengths are checked before."),
+    (
+        "",
+        r"np\.where\((x != 0|d > 0|z > 0|total > 0|y > 0\.03|contrast > 0|determined|seen|good).*, [12]\)",
+        "Equivalent: what stands in for a divisor of 0 is masked or multiplied by 0 afterwards.",
+    ),
+    (
+        "",
+        r"np\.where\((bad|None), (1|2|None), X\)|np\.where\((bad|None|hidden),",
+        "Equivalent or masked: stands in where the reading is refused; K, S and status are set there in any case.",
+    ),
+    ("films.x_lay", r"bounce <= 0\.5", "Equivalent: both forms are exact at the border."),
+    ("films.x_stack", r"index == 0", "Equivalent: laying on nothing is exactly the identity; the branch saves time."),
+    ("films", r"_BLOCK|buffersize|size <=? ?_BLOCK", "Equivalent: only how much is worked at a time."),
+    (
+        "films",
+        r"1\.01|2\.01|_thick|40\.0|41\.0|20\.0|21\.0",
+        "Equivalent: where one formula hands over to the other, and both are exact on either side.",
+    ),
+    (
+        "films",
+        r"finfo.*max|/ 8|/ 9|1 \+ K \+ S|2 \+ K \+ S",
+        "How far below overflow a thickness counts as infinite: any value does, the film is opaque long before.",
+    ),
+    (
+        "films",
+        r"initial=",
+        "Equivalent: the start of a minimum or maximum over values that are never below 0, needed for empty arrays only.",
+    ),
+    ("films", r"tiny", "Equivalent: any number so small gives sinh(z)/z = 1 and cosh z = 1."),
+    (
+        "films",
+        r"external_loop|buffered|readonly|writeonly|allocate",
+        "Equivalent: only how numpy walks over the arrays.",
+    ),
+    (
+        "interfaces",
+        r"m <= 4|m, 5\)",
+        "Equivalent: quadrature and closed form agree to the last digits at the border, or the value is not used.",
+    ),
+    ("interfaces", r"index > 1", "Equivalent: at n = 1 both sides reflect nothing."),
+    ("interfaces", r"1 - _NODES", "Equivalent: Gauss-Legendre nodes are symmetric."),
+    ("interfaces|inversion|microfacets|fitting", r"MakeupError\(None|XX", "The message only."),
+    (
+        "inversion",
+        r"_tolerance\(",
+        "Equivalent in effect: the tolerance matters only where the two readings are alike, and then so are their deviations; or equality of a difference with its tolerance to the last digit.",
+    ),
+    (
+        "inversion",
+        r"(< |<= ?|>= ?|> ?)-?(tolerance|hiding|0|1e-150)|turned =|R_g1 == R_g2",
+        "Differs only where a number equals its tolerance to the last digit.",
+    ),
+    ("inversion", r"[45] \* np\.finfo", "How many roundings count as equal: 4 or 5."),
+    ("inversion.x__inversion", r"[-+][bc] \* inverse", "Equivalent: only absolute values are used."),
+    (
+        "inversion",
+        r"Status\.OK, \) =>|, 0\) =>|\]\s*, 0|Status\.OK",
+        "Equivalent: 0 is the default of np.select, and Status.OK is 0.",
+    ),
+    (
+        "inversion",
+        r"np\.clip\(R_0, 0, (None|2)\)",
+        "Equivalent: R0 above 1 needs a reading above 1, which is refused before.",
+    ),
+    (
+        "inversion.x__readings",
+        r"value > 0|value < 1|<= 2",
+        "Differs for a reading that is internally 0 or 1 to the last digit, or above 1, which the raw readings exclude.",
+    ),
+    (
+        "inversion.x_invert_",
+        r"_log1pc\(np\.where\(good, u \* black",
+        "Equivalent: masked by the selection that follows.",
+    ),
+    ("", r"astype\(None\)|dtype=None|astype\(given\[1\]", "Equivalent: the value has that dtype already."),
+    (
+        "microfacets",
+        r"cos_d >= 0|cos_light >= 0",
+        "Equivalent: at exactly 0 the term itself is 0 or the direction has no measure.",
+    ),
+    ("microfacets.x_kelemen_albedo", r"cos_h - np\.sqrt", "Equivalent: the azimuths are symmetric about 90 degrees."),
+    (
+        "microfacets.x_kelemen__",
+        r"1e-12|1e-24",
+        "The floor for half vectors in the surface: any small number does, the value there is 0 or not of use.",
+    ),
+    ("microfacets", r"1 - c \* c, [01]\)", "Equivalent for cosines within 0..1."),
+    ("diffusion.x__nearest", r"error <= best", "Equivalent: a tie between two fits."),
+    (
+        "diffusion.x__nearest",
+        r"count",
+        "Equivalent: for one Gaussian the last width is not used; for more it is one more or fewer candidate.",
+    ),
+    ("diffusion.x_widened", r"orders //?= factorial", "Equivalent: the quotient is a whole number."),
+    (
+        "diffusion.x__positive_weights",
+        r"np\.abs|>= 0|> 0",
+        "Equivalent: the weights are not negative here, and 0 weighs nothing.",
+    ),
+    (
+        "",
+        r"reshape\(.*-2|-2,? ",
+        "Equivalent: numpy takes any negative length for the one that follows from the others.",
+    ),
+    (
+        "fitting",
+        r"1e-\d+|1e\d+|\+ 1e|0\.05|floor|least",
+        "A floor or a limit far from any value that is met: any number of that size does.",
+    ),
+    (
+        "fitting",
+        r"damping|1e-3|/ 8|\* 4|_ROUNDS|rounds|settled|moved|break|better|np\.clip\(",
+        "The way of the descent, not its end: the minimum found is the same.",
+    ),
+    ("fitting", r"_START|typical|initial", "Where the descents start: any sensible start finds the same minimum."),
+)
