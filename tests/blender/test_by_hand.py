@@ -148,3 +148,61 @@ def test_an_object_new_on_a_made_up_mesh_is_set_up_on_the_skin_itself(made_up):
     other = bpy.data.objects.new("Other", made_up.data)
     makeup.set_up(other)
     assert other.km_makeup.slots[0].original.name == "Skin"
+
+
+def baked(obj, folder) -> None:
+    import bpy
+
+    from km_makeup.blender import baking
+
+    obj.km_makeup.folder = str(folder)
+    baking.bake_all(obj, bpy.context.scene)
+
+
+@pytest.mark.parametrize("change", ["layer_remove", "layer_move", "layer_add"])
+def test_textures_baked_before_the_layers_changed_are_shown_no_more(made_up, tmp_path, change):
+    import bpy
+
+    baked(made_up, tmp_path / "baked")
+    bpy.context.view_layer.objects.active = made_up
+    options = {"layer_add": {"product": "test-red"}, "layer_move": {"direction": 1}}.get(change, {})
+    assert getattr(bpy.ops.km_makeup, change)(**options) == {"FINISHED"}
+    assert made_up.km_makeup.path == "LIVE"
+    assert not [g for g in bpy.data.node_groups if g.name.startswith("KM Baked")]
+
+
+def test_after_removing_no_baked_texture_is_left_to_come_back(made_up, tmp_path):
+    from km_makeup.blender import makeup
+
+    baked(made_up, tmp_path / "baked")
+    makeup.remove(made_up)
+    assert (made_up.km_makeup.path, made_up.km_makeup.baked_R) == ("LIVE", None)
+
+
+def test_refresh_reads_a_map_whose_pixels_changed_without_a_mark(made_up, monkeypatch):
+    """As after an undo: other pixels, and the image does not count as unsaved."""
+    import bpy
+
+    from km_makeup.blender import images
+
+    layer = made_up.km_makeup.layers[0]
+    assert layer.coverage > 0
+    image = layer.map
+    image.pixels.foreach_set([0.0] * len(image.pixels))
+    image.pack()
+    assert not image.is_dirty
+    monkeypatch.setattr(images, "_statistics", {key: (1.0, 1.0) for key in images._statistics})
+    bpy.context.view_layer.objects.active = made_up
+    bpy.ops.km_makeup.refresh()
+    assert layer.coverage == 0
+
+
+def test_a_layer_without_a_map_is_not_saved_as_one_over_the_whole_face(made_up, tmp_path):
+    import bpy
+
+    from km_makeup.blender import looks
+
+    bpy.data.images.remove(made_up.km_makeup.layers[0].map)
+    with pytest.raises(MakeupError, match="has no map"):
+        looks.save_look(made_up, tmp_path / "look.json")
+    assert not list(tmp_path.glob("look*"))

@@ -328,6 +328,22 @@ def test_nothing_is_built_that_the_plan_does_not_list(painted_look):
     assert "Finish" not in [item.name for item in group.interface.items_tree]
 
 
+def test_without_anything_painted_the_skin_keeps_its_own_material_and_nothing_is_built(test_products, tmp_path):
+    import bpy
+    import numpy as np
+
+    from km_makeup.blender import looks
+    from km_makeup.makeup import Layer, Look
+
+    obj = scenes.head()
+    obj.data.materials.append(plain())
+    original = obj.material_slots[0].material
+    empty = scenes.write_map(tmp_path, "empty", np.zeros((16, 16), np.uint8))
+    looks.apply_look(obj, Look("Empty", tuple(Layer(id_, 10.0, empty) for id_ in test_products)))
+    assert obj.material_slots[0].material is original
+    assert len(bpy.data.materials) == 1 and not bpy.data.node_groups
+
+
 def film_groups() -> list:
     import bpy
 

@@ -82,6 +82,15 @@ def test_a_head_is_rendered_with_makeup_and_the_same_bytes_every_time(run, tmp_p
     assert first == second and len(first) == 5 and first[Path("face.png")].startswith(b"\x89PNG")
 
 
+def test_a_picture_of_cycles_does_not_say_how_long_it_took(run, tmp_path):
+    from km_makeup.bake import read_image
+
+    assert run(*RENDER, *LAYER, "--out", "a.png")[0] == 0
+    picture = (tmp_path / "a.png").read_bytes()
+    assert b"IDAT" in picture and b"tEXt" not in picture
+    assert read_image(tmp_path / "a.png")[0].shape[:2] == (30, 24)
+
+
 def test_makeup_is_in_the_picture_and_bare_leaves_it_out(run, tmp_path):
     from km_makeup.bake import read_image
 
@@ -136,6 +145,17 @@ def test_a_blend_is_opened_and_left_as_it_was(run, files, tmp_path):
     )
     assert (code, err) == (0, []) and (tmp_path / "a.png").exists()
     assert (files / "head.blend").read_bytes() == before
+
+
+def test_the_saved_scene_opens_with_its_makeup_and_nothing_lies_beside_it(run, tmp_path):
+    import bpy
+
+    code, _, err = run(*RENDER, *LAYER, "--colour", "live", "--out", "a.png", "--save", "saved/face.blend")
+    assert (code, err) == (0, [])
+    assert [file.name for file in (tmp_path / "saved").iterdir()] == ["face.blend"]
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "saved" / "face.blend"))
+    (obj,) = [o for o in bpy.context.scene.objects if o.km_makeup.layers]
+    assert obj.material_slots[0].material["km_makeup_made"] and obj.km_makeup.layers[0].map.packed_file
 
 
 def test_paths_with_two_slashes_start_at_the_blend(run, files):
