@@ -374,6 +374,8 @@ def over_g(k: float, s: float, g: float) -> float:
 def test_sensitivities_hold_where_the_film_vanishes() -> None:
     assert tuple(over_sensitivity(0.0, 0.0, 0.4)) == (0.4, 0, 0, 1)
     assert opaque_sensitivity(0.0, 0.0) == (0, 0)
+    assert over_sensitivity(0.0, 2.0, 0.3).R == pytest.approx(film_over(0.0, 2.0, 1.0, 0.3), rel=1e-15, abs=0)
+    assert over_sensitivity(np.float32([0, 1]), np.float32([2, 2]), 0.3).s.dtype == np.float32
     thin = over_sensitivity(1e-9, 1e-9, 0.4)
     assert thin.k == pytest.approx(-2 * 0.4 * 1e-9, rel=1e-6, abs=0)
     assert thin.s == pytest.approx((1 - 0.4) ** 2 * 1e-9, rel=1e-6, abs=0)
