@@ -54,6 +54,7 @@ def bake_steps(obj: bpy.types.Object, scene: bpy.types.Scene) -> Generator[tuple
     is written where a map, a product or the folder is unusable.
     """
     makeup = obj.km_makeup
+    images.forget_statistics()
     plan = plan_of(obj, scene)
     if not plan.any_film:
         refresh(obj, scene)

@@ -45,6 +45,11 @@ def statistics(image: bpy.types.Image, channel: str) -> tuple[float, float]:
     return _statistics[key]
 
 
+def forget_statistics() -> None:
+    """Read every map again at the next call of `statistics`: undo changes pixels and leaves no mark on the image."""
+    _statistics.clear()
+
+
 _statistics: dict[tuple, tuple[float, float]] = {}
 
 

@@ -99,6 +99,12 @@ def save_look(obj: bpy.types.Object, path: Path) -> Look:
     """
     if not obj.km_makeup.layers:
         raise MakeupError(f"{obj.name!r} has no layers to save; add one first.")
+    for entry in obj.km_makeup.layers:
+        if entry.map is None:
+            raise MakeupError(
+                f"The layer {entry.name or entry.product!r} has no map, and a look without one covers the whole face; "
+                "load a map or remove the layer."
+            )
     folder = ensure_folder(path.parent / f"{path.stem}_maps")
     layers = []
     for i, (entry, layer) in enumerate(zip(obj.km_makeup.layers, look_of(obj).layers)):

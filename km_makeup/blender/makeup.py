@@ -101,6 +101,10 @@ def remove(obj: bpy.types.Object, keep_layers: bool = False) -> None:
     obj.km_makeup.slots.clear()
     if not keep_layers:
         obj.km_makeup.layers.clear()
+        with paused():
+            obj.km_makeup.path = "LIVE"
+        for texture in ("R", "T2", "R_up", "albedo", "finish"):
+            setattr(obj.km_makeup, f"baked_{texture}", None)
 
 
 def _bare(obj: bpy.types.Object) -> None:

@@ -85,8 +85,9 @@ class KM_OT_refresh(_Makeup, bpy.types.Operator):
     bl_label = "Refresh"
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> str:
-        from . import makeup
+        from . import images, makeup
 
+        images.forget_statistics()
         plan = makeup.refresh(obj, context.scene)
         return "; ".join(f"{e.name}: {'on' if e.on else 'off'}, {e.reason}" for e in plan.films) or "No layers"
 

@@ -63,7 +63,20 @@ def render(scene: bpy.types.Scene, shot: Shot) -> float:
         bpy.ops.render.render(write_still=True)
         if temporary.stat().st_size == 0:
             raise MakeupError(f"Blender could not write {shot.path}; is the disk full?")
+        if kind == "PNG":
+            temporary.write_bytes(without_text(temporary.read_bytes()))
     return time.perf_counter() - start
+
+
+def without_text(png: bytes) -> bytes:
+    """A PNG without its text: Cycles writes there how long it took, whatever the stamp settings say."""
+    kept, place = [png[:8]], 8
+    while place + 12 <= len(png):
+        end = place + 12 + int.from_bytes(png[place : place + 4], "big")
+        if png[place + 4 : place + 8] not in (b"tEXt", b"zTXt", b"iTXt"):
+            kept.append(png[place:end])
+        place = end
+    return b"".join(kept)
 
 
 @contextlib.contextmanager

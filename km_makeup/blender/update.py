@@ -12,11 +12,15 @@ _paused = 0
 
 @contextlib.contextmanager
 def one_update(obj: bpy.types.Object) -> Iterator[None]:
-    """Changes inside the block rebuild the makeup of ``obj`` once, at its end."""
+    """Changes of the layers inside the block rebuild the makeup of ``obj`` once, at its end.
+
+    Textures baked before do not show them, so the live path takes over.
+    """
     from .makeup import refresh
 
     with paused():
         yield
+        obj.km_makeup.path = "LIVE"
     refresh(obj)
 
 

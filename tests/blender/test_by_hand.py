@@ -191,7 +191,7 @@ def test_refresh_reads_a_map_whose_pixels_changed_without_a_mark(made_up, monkey
     image.pixels.foreach_set([0.0] * len(image.pixels))
     image.pack()
     assert not image.is_dirty
-    monkeypatch.setattr(images, "_statistics", {key: (1.0, 1.0) for key in images._statistics})
+    monkeypatch.setattr(images, "_statistics", dict.fromkeys(images._statistics, (1.0, 1.0)))
     bpy.context.view_layer.objects.active = made_up
     bpy.ops.km_makeup.refresh()
     assert layer.coverage == 0
