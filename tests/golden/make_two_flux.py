@@ -25,7 +25,9 @@ def main() -> None:
     rows = []
     for g, a, b in [*itertools.product(ASYMMETRY, ALBEDO, THICKNESS), *PUBLISHED]:
         fine, coarse = (iadpython.Sample(a=a, b=b, g=g, n=1.0, quad_pts=points).rt() for points in (24, 20))
-        rows.append([g, a, b, *(f"{v:.8f}" for v in fine), f"{max(abs(x - y) for x, y in zip(fine, coarse, strict=True)):.1e}"])
+        rows.append(
+            [g, a, b, *(f"{v:.8f}" for v in fine), f"{max(abs(x - y) for x, y in zip(fine, coarse, strict=True)):.1e}"]
+        )
     with Path(__file__).with_name("two_flux.csv").open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["g", "albedo", "optical_thickness", "UR1", "UT1", "URU", "UTU", "quadrature_error"])
