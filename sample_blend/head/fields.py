@@ -55,10 +55,12 @@ def upper_lid(atlas: Atlas, reach: float = 12.0, wing: float = 5.0, edge: float 
     margin = margin + np.clip(x - outer, 0, 12) * 0.55 - np.clip(inner - x, 0, 6) * 0.3
     middle = 0.5 * (inner + outer) + 1.5
     half = np.where(x < middle, middle - inner + 1.0, outer + wing - middle)
-    top = reach * np.sqrt(np.maximum(1 - ((x - middle) / half) ** 2, 1e-4))
+    along = np.minimum(np.abs(x - middle) / half, 1)
+    power = np.where(x < middle, 0.55, 0.85)  # rounded inside, a wing outside
+    top = reach * (1 - along**2.4) ** power + 1e-3
     height = y - margin
     body = smooth(height, -0.9, 0.3) * (1 - smooth(height / top, edge, 1.0))
-    ends = smooth(np.abs(x - middle) / half, 1.0, 0.8)
+    ends = smooth(along, 1.0, 0.9)
     return body * ends * smooth(z, 40, 55) * (1 - eye_opening(atlas))
 
 

@@ -20,8 +20,8 @@ def drawn(atlas: Atlas) -> dict[str, np.ndarray]:
         "lips": lips,
         "blush": fields.cheek(atlas) * bare,
         "lids": fields.upper_lid(atlas) * bare,
-        "lids-wide": fields.upper_lid(atlas, 17.0, 8.0, 0.4) * bare,
-        "lids-graphic": fields.upper_lid(atlas, 19.0, 13.0, 0.86) * bare,
+        "lids-wide": fields.upper_lid(atlas, 14.5, 9.0, 0.35) * bare,
+        "lids-graphic": fields.upper_lid(atlas, 15.0, 11.0, 0.84) * bare,
         "contour": fields.contour(atlas) * bare,
         "lips-blotted": lips * fields.smooth(atlas.rings["mouth"], 0.95, 1.7),
     }

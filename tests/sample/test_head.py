@@ -62,6 +62,7 @@ def test_the_committed_blend_has_what_other_people_rely_on(blend):
     assert (SAMPLE / "head.blend").stat().st_size < 10e6
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not CHROMOPHORES.exists(), reason="../shared/spectra/chromophores is not here")
 def test_the_committed_albedo_is_the_one_that_the_script_makes(blend, half):
     image = blend.data.images["skin-albedo"]
