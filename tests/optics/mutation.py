@@ -4,7 +4,7 @@
     python -m tests.optics.mutation --named          only the mistakes named below, a minute
     python -m tests.optics.mutation --collect DIR    writes the page from a run in DIR that was stopped and resumed
 
-mutmut makes the mutants and runs the tests that reach each of them, in a copy. The tests in the copy are those of
+mutmut 3 (pip install mutmut) makes the mutants and runs the tests that reach each of them, in a copy. The tests in the copy are those of
 tests/optics with fewer hypothesis examples and a smaller sweep, without the real paints and the page of hard cases: what
 they kill, the full tests kill. The mistakes named below are made by hand.
 """
@@ -12,6 +12,8 @@ they kill, the full tests kill. The mistakes named below are made by hand.
 from __future__ import annotations
 
 import argparse
+import ast
+import difflib
 import json
 import os
 import re
@@ -21,6 +23,7 @@ import sys
 import tempfile
 from collections import Counter
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from tests.optics.report import ROOT, write_result
@@ -126,7 +129,7 @@ def named_mistakes() -> list[tuple[Mistake, str]]:
                     "-p",
                     "no:cacheprovider",
                     "--import-mode=importlib",
-                    "tests/optics",
+                    f"tests/optics/test_{mistake.module}",
                 ],
                 cwd=folder,
                 env=os.environ | {"PYTHONPATH": str(folder)},
@@ -153,19 +156,26 @@ def collect(folder: Path) -> tuple[dict[str, Counter], list[str]]:
     return counts, survivors
 
 
+@cache
+def functions(path: Path) -> dict[str, list[str]]:
+    """The lines of every function and method in a file of mutants, by name."""
+    text = path.read_text()
+    lines = text.splitlines()
+    found = {}
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.FunctionDef):
+            found[node.name] = [line.strip() for line in lines[node.lineno - 1 : node.end_lineno]]
+    return found
+
+
 def difference(folder: Path, name: str) -> tuple[str, str]:
-    """The line that a mutant changes, before and after."""
-    run = subprocess.run(
-        [str(Path(sys.executable).parent / "mutmut"), "show", name],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    lines = [line for line in run.stdout.splitlines() if line[:1] in "+-" and not line.startswith(("+++", "---"))]
-    old = " ".join(line[1:].strip() for line in lines if line.startswith("-"))
-    new = " ".join(line[1:].strip() for line in lines if line.startswith("+"))
-    return old, new
+    """What a mutant changes, before and after."""
+    module, function = name.removeprefix("km_makeup.optics.").split(".", 1)
+    of_module = functions(folder / "mutants" / "km_makeup" / "optics" / f"{module}.py")
+    original = re.sub(r"__mutmut_\d+$", "__mutmut_orig", function)
+    before, after = ([line.replace(n, "") for line in of_module[n]] for n in (original, function))
+    changes = list(difflib.ndiff(before, after))
+    return tuple(" ".join(line[2:] for line in changes if line.startswith(sign)) for sign in "-+")
 
 
 def explanation(name: str, old: str, new: str) -> str:

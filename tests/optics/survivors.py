@@ -6,7 +6,7 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
     ("", r"strict=(True|None|False)|zip\(", "Equivalent: the lengths are checked before."),
     (
         "",
-        r"np\.where\((x != 0|d > 0|z > 0|total > 0|y > 0\.03|contrast > 0|determined|seen|good).*, [12]\)",
+        r"np\.where\((x != 0|d > 0|z > 0|total > 0|far|y > 0\.03|contrast > 0|determined|seen|good).*, [12]\)",
         "Equivalent: what stands in for a divisor of 0 is masked or multiplied by 0 afterwards.",
     ),
     (
@@ -14,7 +14,14 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
         r"np\.where\((bad|None), (1|2|None), X\)|np\.where\((bad|None|hidden),",
         "Equivalent or masked: stands in where the reading is refused; K, S and status are set there in any case.",
     ),
-    ("films.x__film_over", r"out=None|, \)$", "Equivalent: only whether a result takes the place of another."),
+    ("films.x__in_blocks", r"full\[1\]", "Equivalent: all of them have the broadcast shape."),
+    (
+        "sensitivity.x__tanhc_slope",
+        r"series|y >= 0",
+        "Below what is asked: the last terms of a series change by a thousandth of themselves, 1e-9 of a derivative that "
+        "serves for errors and steps; or both forms hold at the border.",
+    ),
+    ("films.x__film", r"out=None|, \)", "Equivalent: only whether a result takes the place of another."),
     ("films.x__film_over", r"terms = None", "Equivalent but slower: the way for thick films is right for all."),
     ("films.x_opaque_reflectance", r"np\.zeros", "Equivalent: the dtype of a number that is only compared."),
     ("films.x__film_far", r"infinite, 1, X", "Equivalent: the value is masked."),
