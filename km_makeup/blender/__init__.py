@@ -5,6 +5,7 @@ from __future__ import annotations
 import bpy
 
 from . import operators, panel, properties
+from .update import keep_painted_maps
 
 _commands: list[object] = []
 
@@ -14,6 +15,7 @@ def register() -> None:
     properties.register()
     for cls in (*operators.CLASSES, *panel.CLASSES):
         bpy.utils.register_class(cls)
+    bpy.app.handlers.save_pre.append(keep_painted_maps)
     _commands.append(bpy.utils.register_cli_command("km_makeup", _command))
 
 
@@ -21,6 +23,7 @@ def unregister() -> None:
     """Take it all away again; makeup in the open file stays as it is."""
     while _commands:
         bpy.utils.unregister_cli_command(_commands.pop())
+    bpy.app.handlers.save_pre.remove(keep_painted_maps)
     for cls in reversed((*operators.CLASSES, *panel.CLASSES)):
         bpy.utils.unregister_class(cls)
     properties.unregister()

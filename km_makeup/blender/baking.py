@@ -59,6 +59,10 @@ def bake_steps(obj: bpy.types.Object, scene: bpy.types.Scene) -> Generator[tuple
     if not plan.any_film:
         refresh(obj, scene)
         return None
+    if makeup.folder.startswith("//") and not bpy.data.filepath:
+        raise MakeupError(
+            f"The folder {makeup.folder} lies beside the .blend, which is not saved yet; save it, or choose another folder."
+        )
     request = _request(obj, plan)
     folder = ensure_folder(Path(bpy.path.abspath(makeup.folder)))
     baked = yield from baking(request)

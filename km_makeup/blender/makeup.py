@@ -33,6 +33,11 @@ def set_up(obj: bpy.types.Object, slots: list[int] | None = None, uv_map: str | 
     """
     if obj.type != "MESH":
         raise MakeupError(f"{obj.name!r} is not a mesh; select the head's mesh object.")
+    if obj.library or obj.override_library:
+        raise MakeupError(
+            f"{obj.name!r} is linked from another file, where makeup cannot be kept; append it instead of linking, or "
+            "make it local (Object > Relations > Make Local)."
+        )
     layers = obj.data.uv_layers
     if not layers:
         raise MakeupError(
@@ -296,7 +301,7 @@ def _dress(
     apply_makeup(material, instance, engines, screen)
     old = entry.made
     slot = obj.material_slots[entry.index]
-    if slot.link == "DATA" and obj.data.users > 1:
+    if slot.link == "DATA" and (obj.data.users > 1 or obj.data.library):
         slot.link = "OBJECT"
     slot.material = material
     entry.made = material

@@ -23,6 +23,8 @@ class _Makeup:
 
     bl_options = {"REGISTER", "UNDO"}
     needs_layer = False
+    changes_layers = False
+    """Whether the layers are changed before the makeup is rebuilt: then a refusal is a step that can be undone."""
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -40,7 +42,7 @@ class _Makeup:
             message = self.act(context, context.object)
         except MakeupError as error:
             self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return {"FINISHED" if self.changes_layers else "CANCELLED"}
         if message:
             self.report({"INFO"}, message)
         return {"FINISHED"}
@@ -144,6 +146,7 @@ class KM_OT_layer_remove(_Makeup, bpy.types.Operator):
     bl_idname = "km_makeup.layer_remove"
     bl_label = "Remove Layer"
     needs_layer = True
+    changes_layers = True
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         with one_update(obj):
@@ -157,6 +160,7 @@ class KM_OT_layer_move(_Makeup, bpy.types.Operator):
     bl_idname = "km_makeup.layer_move"
     bl_label = "Move Layer"
     needs_layer = True
+    changes_layers = True
     direction: IntProperty(
         name="Direction", description="+1 towards the air, -1 towards the skin", default=1, min=-1, max=1
     )

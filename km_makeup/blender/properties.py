@@ -96,8 +96,9 @@ class KM_PG_object(bpy.types.PropertyGroup):
         update=setting_changed,
     )
     light_file: StringProperty(
-        name="Spectrum", description="CSV file: wavelength in nm, power", subtype="FILE_PATH", update=setting_changed
-    )
+        name="Spectrum", description="CSV file: wavelength in nm, power", subtype="FILE_PATH", update=setting_changed,
+        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
+    )  # fmt: skip
     both_engines: BoolProperty(
         name="EEVEE and Cycles", default=True, update=setting_changed,
         description="Build an output for both engines; off: for the scene's engine alone",
@@ -118,8 +119,9 @@ class KM_PG_object(bpy.types.PropertyGroup):
     baked_albedo: PointerProperty(type=bpy.types.Image, name="Baked Albedo")
     baked_finish: PointerProperty(type=bpy.types.Image, name="Baked Finish")
     folder: StringProperty(
-        name="Folder", description="Where the bake writes its textures", subtype="DIR_PATH", default="//makeup_textures"
-    )
+        name="Folder", description="Where the bake writes its textures", subtype="DIR_PATH", default="//makeup_textures",
+        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
+    )  # fmt: skip
     resolution: IntProperty(
         name="Resolution",
         description="Width and height of the baked textures, in texels; 0: the maps' own",

@@ -62,3 +62,12 @@ def _changed(obj: bpy.types.Object, stale: bool = False) -> None:
     else:
         if "problem" in obj.km_makeup:
             del obj.km_makeup["problem"]
+
+
+@bpy.app.handlers.persistent
+def keep_painted_maps(*_: object) -> None:
+    """Before the .blend is saved: strokes on packed and new maps go into it, which Blender leaves to a question on closing."""
+    maps = {layer.map for obj in bpy.data.objects for layer in obj.km_makeup.layers if layer.map is not None}
+    for image in maps:
+        if image.is_dirty and (image.packed_file or image.source == "GENERATED"):
+            image.pack()

@@ -206,3 +206,67 @@ def test_a_layer_without_a_map_is_not_saved_as_one_over_the_whole_face(made_up, 
     with pytest.raises(MakeupError, match="has no map"):
         looks.save_look(made_up, tmp_path / "look.json")
     assert not list(tmp_path.glob("look*"))
+
+
+def test_strokes_on_a_map_are_in_the_saved_blend(made_up, tmp_path):
+    import bpy
+
+    from km_makeup.blender import images
+
+    image = images.new_map("Strokes", 8, 8)
+    made_up.km_makeup.layers[0].map = image
+    image.pixels.foreach_set([1.0] * len(image.pixels))
+    assert image.is_dirty
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "painted.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "painted.blend"))
+    assert images.map_values(bpy.data.images["Strokes"], "R").min() == 255
+
+
+def test_a_linked_head_is_refused_and_a_linked_mesh_is_made_up_on_the_object(made_up, painted_look, tmp_path):
+    import bpy
+
+    from km_makeup.blender import looks, makeup
+    from tests.blender.scenes import file_text
+
+    makeup.remove(made_up)
+    made_up.data.name = "Head mesh"
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "library.blend"))
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    with bpy.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (_, wanted):
+        wanted.objects, wanted.meshes = ["Head"], ["Head mesh"]
+    with pytest.raises(MakeupError, match="linked from another file"):
+        makeup.set_up(bpy.data.objects["Head"])
+    own = bpy.data.objects.new("Own", bpy.data.meshes["Head mesh"])
+    before = file_text().partition("images")[0]
+    looks.apply_look(own, painted_look)
+    assert (own.material_slots[0].link, own.material_slots[0].material.name) == ("OBJECT", "Skin with Makeup")
+    makeup.remove(own)
+    assert file_text().partition("images")[0] == before
+
+
+def test_a_bake_beside_a_blend_that_is_not_saved_is_refused(made_up):
+    import bpy
+
+    from km_makeup.blender import baking
+
+    made_up.km_makeup.folder = "//makeup_textures"
+    with pytest.raises(MakeupError, match="not saved yet"):
+        baking.bake_all(made_up, bpy.context.scene)
+
+
+def test_a_layer_is_removed_and_can_be_undone_though_another_has_no_product(made_up, monkeypatch):
+    import bpy
+
+    from km_makeup.blender import operators
+
+    made_up.km_makeup.layers[2].product = "gone"
+    bpy.context.view_layer.objects.active = made_up
+    said = {}
+    execute = operators._Makeup.execute
+    monkeypatch.setattr(
+        operators._Makeup, "execute", lambda self, context: said.setdefault("x", execute(self, context))
+    )
+    with pytest.raises(RuntimeError, match="no product 'gone'"):
+        bpy.ops.km_makeup.layer_remove()
+    assert said["x"] == {"FINISHED"}
+    assert len(made_up.km_makeup.layers) == 2
