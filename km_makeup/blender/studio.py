@@ -70,7 +70,7 @@ def open_head(path: Path, skin: Path | None, name: str | None) -> Head:
         if skin is not None:
             said.append(_give_skin(obj, skin))
         return Head(obj, tuple(said))
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     obj = _import(path, name)
     said = [f"head: object {obj.name!r}, {len(obj.data.vertices)} vertices", _scale(obj)]
     said.append(_give_skin(obj, skin))

@@ -10,7 +10,7 @@ import pytest
 
 from km_makeup.bake.files import read_image
 from km_makeup.blender import compositor, looks, makeup, rendering
-from km_makeup.blender.compositor.insert import PASSES
+from km_makeup.blender.compositor.placing import PASSES
 from km_makeup.effects import Engine
 from km_makeup.makeup import Layer, Look
 from km_makeup.optics.diffusion import SKIN
