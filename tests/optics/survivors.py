@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
+    ("powder.x_powder_difference", r"Rg, None", "Equivalent: what is not FINE is COARSE."),
+    ("powder.x__coarse", r"fractions, None", "Equivalent: the backing gives no other dtype than the fractions have."),
     ("", r"strict=(True|None|False)|zip\(", "Equivalent: the lengths are checked before."),
     (
         "",
@@ -51,7 +53,7 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
     ("films", r"tiny", "Equivalent: any number so small gives sinh(z)/z = 1 and cosh z = 1."),
     (
         "films",
-        r"external_loop|buffered|readonly|writeonly|allocate",
+        r"external_loop|buffered",
         "Equivalent: only how numpy walks over the arrays.",
     ),
     (
@@ -64,13 +66,14 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
     ("interfaces|inversion|microfacets|fitting", r"MakeupError\(None|XX", "The message only."),
     (
         "inversion",
-        r"_tolerance\(",
-        "Equivalent in effect: the tolerance matters only where the two readings are alike, and then so are their deviations; or equality of a difference with its tolerance to the last digit.",
+        r"_tolerance\(.*sigma\[",
+        "Equivalent in effect: the tolerance matters only where the two readings are alike, and then so are their deviations.",
     ),
     (
-        "inversion",
-        r"(< |<= ?|>= ?|> ?)-?(tolerance|hiding|0|1e-150)|turned =|R_g1 == R_g2",
-        "Differs only where a number equals its tolerance to the last digit.",
+        "inversion.x_invert_backings",
+        r"too_bright",
+        "Not found: how far noise may push the absorptance below 0 before it is called inconsistent; the parts of that "
+        "allowance are of one size, and no test tells them apart.",
     ),
     ("inversion", r"[45] \* np\.finfo", "How many roundings count as equal: 4 or 5."),
     ("inversion.x__inversion", r"[-+][bc] \* inverse", "Equivalent: only absolute values are used."),
@@ -94,7 +97,11 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
         r"_log1pc\(np\.where\(good, u \* black",
         "Equivalent: masked by the selection that follows.",
     ),
-    ("", r"astype\(None\)|dtype=None|astype\(given\[1\]", "Equivalent: the value has that dtype already."),
+    (
+        "",
+        r"astype\(None\)|dtype=None|astype\(given\[1\]",
+        "Equivalent: None means float64 there, or the dtype is the same.",
+    ),
     (
         "microfacets",
         r"cos_d >= 0|cos_light >= 0",
