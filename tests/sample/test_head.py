@@ -160,8 +160,11 @@ def test_the_face_fills_most_of_the_tile(tile):
 
 def test_the_lips_map_ends_at_the_vermilion_border_and_spares_the_skin(tile):
     lips = maps.drawn(tile)["lips"]
-    x, y, _z = np.moveaxis(tile.position, -1, 0)
-    assert lips[(y > -48) | (y < -74) | (x > anatomy.LIP_RAILS["upper border"][-1, 0] + 2)].max() == 0
+    x, y, z = np.moveaxis(tile.position, -1, 0)
+    rails = [anatomy.LIP_RAILS[name] for name in ("upper border", "lower border")]
+    upper, lower = (np.interp(x, rail[:, 0], rail[:, 1]) for rail in rails)
+    outside = (y > upper + 1.2) | (y < lower - 1.2) | (x > rails[0][-1, 0] + 2)
+    assert lips[outside & (z > 60)].max() == 0
     assert lips[(tile.rings["mouth"] > 1.1) & (tile.rings["mouth"] < 1.9)].min() > 0.99
 
 
