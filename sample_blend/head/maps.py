@@ -29,32 +29,32 @@ def drawn(atlas: Atlas) -> dict[str, np.ndarray]:
 
 # product, thickness (um) where the map is white, map, strength; bottom to top
 LOOKS = {
-    "bare": [("foundation-light", 5.0, "foundation", 0.6)],
+    "bare": [("foundation-fair", 5.0, "foundation", 0.6)],
     "day": [
-        ("foundation-light", 18.0, "foundation", 0.9),
+        ("foundation-fair", 18.0, "foundation", 0.9),
         ("blush-rose", 5.0, "blush", 0.5),
         ("lipstick-coral", 12.0, "lips", 0.85),
     ],
     "evening": [
-        ("foundation-light", 16.0, "foundation", 1.0),
+        ("foundation-fair", 16.0, "foundation", 1.0),
         ("blush-rose", 7.0, "blush", 0.6),
         ("eyeshadow-bronze", 15.0, "lids-wide", 0.9),
         ("lipstick-classic-red", 22.0, "lips", 1.0),
     ],
     "stage": [
-        ("foundation-light", 45.0, "foundation", 1.0),
+        ("foundation-fair", 45.0, "foundation", 1.0),
         ("foundation-deep", 8.0, "contour", 0.8),
         ("blush-rose", 14.0, "blush", 0.9),
         ("eyeshadow-bronze", 30.0, "lids-wide", 1.0),
         ("lipstick-berry", 30.0, "lips", 1.0),
     ],
     "editorial": [
-        ("foundation-light", 16.0, "foundation", 0.9),
+        ("foundation-fair", 16.0, "foundation", 0.9),
         ("eyeshadow-blue", 25.0, "lids-graphic", 1.0),
         ("lipstick-coral", 6.0, "lips-blotted", 0.8),
     ],
     "bridal": [
-        ("foundation-light", 15.0, "foundation", 0.9),
+        ("foundation-fair", 15.0, "foundation", 0.9),
         ("blush-rose", 4.0, "blush", 0.5),
         ("eyeshadow-bronze", 6.0, "lids", 0.6),
         ("lipstick-coral", 9.0, "lips", 0.8),
