@@ -360,6 +360,7 @@ def settings() -> None:
 
 
 def save(path: Path) -> None:
+    bpy.context.preferences.filepaths.save_version = 0  # no head.blend1 beside it
     bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True, copy=False)
 
 
