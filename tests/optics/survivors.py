@@ -114,6 +114,10 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
         "The floor for half vectors in the surface: any small number does, the value there is 0 or not of use.",
     ),
     ("microfacets", r"1 - c \* c, [01]\)", "Equivalent for cosines within 0..1."),
+    ("diffusion", r"atol|XX|the variances", "The message only, or how much rounding the sum of the weights may have."),
+    ("diffusion.x__nearest", r"_RADII", "How many radii the fit is taken at: 50 instead of 300 give the same fit."),
+    ("diffusion.x__nearest", r"greatest / _LAST", "Equivalent in effect: other candidates over a like range."),
+    ("diffusion.x__positive", r"_FIRM / |rcond|size == 2", "Equivalent, or a case that these fits do not meet."),
     ("diffusion.x__nearest", r"error <= best", "Equivalent: a tie between two fits."),
     (
         "diffusion.x__nearest",

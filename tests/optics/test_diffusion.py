@@ -157,6 +157,9 @@ def test_a_reduced_profile_is_near_with_fewer_gaussians() -> None:
     assert few.variances.size == 6
     assert np.abs(few.within(R) - wide.within(R)).max() < 0.02
     assert np.abs(reduced(wide, 10).within(R) - wide.within(R)).max() < 0.006
+    assert reduced(SKIN, 1).variances.size == 1
+    two = fit_gaussians(1.0, 2)
+    assert np.abs(two.within(R)[:, 0] - burley_within(R, 1.0)).max() < 0.07
     assert reduced(SKIN, 6) is SKIN
     assert reduced(SKIN, 7) is SKIN
     assert np.abs(reduced(SKIN, 4).within(R) - SKIN.within(R)).max() < 0.06
