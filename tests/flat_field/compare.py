@@ -7,8 +7,8 @@
 Differences are CIEDE2000 of linear RGB with diffuse white as white; the bound is 0.5. For each colour path and engine:
 the total (against films on the skin as measured), and its parts: the render and the extension's arithmetic (against
 films on the spectrum upsampled from the skin's colour) and the upsampling itself (between the two predictions).
-EEVEE keeps a closure's colour in 10 bits, and Mesa's software rendering cuts off what is below a step (a graphics card
-rounds): its column "beyond 10 bits" is the total that is left when each channel may be one step of 1/1023 off.
+EEVEE keeps a closure's colour in 10 bits (Mesa's software rendering cuts off what is below a step), too few for
+near-black: its column "beyond 10 bits" is the total that is left when each channel may be one step of 1/1023 off.
 Predicted colours outside the working space are clamped to it channel by channel, since no renderer shows light below
 zero; how many there are and what that costs is said. Writes tests/results/flat_field.json when all cases are run.
 """
@@ -164,6 +164,7 @@ def main() -> int:
     parser.add_argument("--rows", type=Path, help="write the rows as JSON to this file too")
     parser.add_argument("--list", type=int, default=0, help="also list the worst n cases")
     options = parser.parse_args()
+    made_from = stamp()
     with tempfile.TemporaryDirectory(prefix="flat-field-") as folder:
         predicted = options.prediction or Path(folder) / "predicted.json"
         rendered = options.rendered or Path(folder) / "rendered.json"
@@ -188,7 +189,7 @@ def main() -> int:
     if options.prediction is None and options.rendered is None and options.every == 1 and not options.products:
         RESULTS.parent.mkdir(exist_ok=True)
         result = {
-            **stamp(),
+            **made_from,
             "bound": BOUND,
             "made_with": found["made with"],
             "skins": prediction["subjects"],
