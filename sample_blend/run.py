@@ -27,12 +27,12 @@ def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="sample_blend/run",
         description=__doc__,
-        epilog="example: sample_blend/run --size 480x600 --out /tmp/pictures",
+        epilog="example: sample_blend/run --size 800x1000 --samples 64 --out pictures",
     )
     parser.add_argument("--out", default=str(HERE.parent / "out"), help="folder for the pictures (default: out)")
-    parser.add_argument("--size", default="480x600", help="pixels of each picture (default: 480x600)")
+    parser.add_argument("--size", default="400x500", help="pixels of each picture (default: 400x500)")
     parser.add_argument(
-        "--samples", type=int, default=16, help="EEVEE samples (default: 16); Cycles takes three times as many"
+        "--samples", type=int, default=16, help="EEVEE samples (default: 16); Cycles takes twice as many"
     )
     parser.add_argument("--view", default="three-quarter", help="camera (default: three-quarter)")
     parser.add_argument("--looks", default=",".join(LOOKS), help="looks to render, with commas (default: day,evening)")
@@ -75,7 +75,7 @@ def run(options: argparse.Namespace) -> int:
     times: list[tuple[str, float]] = []
 
     def picture(name: str, caption: str, engine: Engine) -> None:
-        samples = options.samples * (3 if engine is Engine.CYCLES else 1)
+        samples = options.samples * (2 if engine is Engine.CYCLES else 1)
         say(f"rendering {caption}: {width}x{height}, {samples} samples ...", start)
         camera = studio.camera_for(head, options.view)
         shot = rendering.Shot(camera, engine, (int(width), int(height)), samples, 0, out / f"{name}.png")

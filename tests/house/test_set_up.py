@@ -24,9 +24,9 @@ def set_up(level: str, **environment: str) -> subprocess.CompletedProcess[str]:
 
 
 def ready(folder: Path, level: str, *pins: str) -> Path:
-    """A virtual environment at `folder` that carries the stamp of the present pins."""
+    """A virtual environment at `folder` that carries the stamp of the present set-up and pins."""
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", folder], check=True)
-    text = b"".join((CHECKOUT / ".ci" / "pins" / pin).read_bytes() for pin in pins)
+    text = SET_UP.read_bytes() + b"".join((CHECKOUT / ".ci" / "pins" / pin).read_bytes() for pin in pins)
     checksum = subprocess.run(["cksum"], input=text, capture_output=True, check=True).stdout.decode().strip()
     version = f"{sys.version_info.major}.{sys.version_info.minor}"
     (folder / f".km-makeup-{level}").write_text(f"{version} {checksum}\n")
