@@ -277,7 +277,7 @@ def refresh(obj: bpy.types.Object, scene: bpy.types.Scene | None = None) -> Plan
     group = makeup_group(parts, obj.km_makeup.uv_map, f"KM Makeup {obj.name}", finish=plan.finish.on)
     engines = engines_of(obj, scene)
     for entry in obj.km_makeup.slots:
-        _dress(obj, entry, group, engines, plan.screen_diffusion.on)
+        _dress(obj, entry, group, engines, plan)
     return plan
 
 
@@ -286,7 +286,7 @@ def _dress(
     entry: bpy.types.PropertyGroup,
     group: bpy.types.NodeTree,
     engines: frozenset[Engine],
-    screen: bool,
+    plan: Plan,
 ) -> None:
     """Give one slot a copy of its skin material with the makeup group in it."""
     material = entry.original.copy()
@@ -298,7 +298,7 @@ def _dress(
         node.node_tree = group
         return node
 
-    apply_makeup(material, instance, engines, screen)
+    apply_makeup(material, instance, engines, plan.screen_diffusion.on, plan.dither.on)
     old = entry.made
     slot = obj.material_slots[entry.index]
     if slot.link == "DATA" and (obj.data.users > 1 or obj.data.library):

@@ -32,6 +32,12 @@ SUBSURFACE = "ShaderNodeSubsurfaceScattering"
 COLOUR_INPUT = {PRINCIPLED: "Base Color", DIFFUSE: "Color", SUBSURFACE: "Color"}
 
 NORMAL_MAP, BUMP = "ShaderNodeNormalMap", "ShaderNodeBump"
+CLOSURE_STEP = 1 / 1023
+"""Step of the colours of closures in EEVEE, which are stored with 10 bits."""
+
+DITHERED_BELOW = 0.03
+"""Channels darker than this are dithered, black the most; above it a step is below 0.1 in CIEDE2000."""
+
 SHARE_AOV, MASK_AOV = "KM Share", "KM Mask"
 
 MakeupNode = Callable[[bpy.types.NodeTree], bpy.types.Node]
@@ -119,11 +125,16 @@ class Closures(Enum):
 
 
 def apply_makeup(
-    material: bpy.types.Material, makeup: MakeupNode, engines: frozenset[Engine], screen: bool = False
+    material: bpy.types.Material,
+    makeup: MakeupNode,
+    engines: frozenset[Engine],
+    screen: bool = False,
+    dither: bool = False,
 ) -> None:
     """Rewire a material (a copy that is ours) so that makeup lies over its skin, for the engines asked for.
 
-    With ``screen``, EEVEE gets no subsurface closure but AOVs for `compositor.diffusion`.
+    With ``screen``, EEVEE gets no subsurface closure but AOVs for `compositor.diffusion`; with ``dither``
+    its near-black colours are dithered.
     """
     output = outputs_of(material)[0]
     for other in outputs_of(material)[1:]:
@@ -132,24 +143,25 @@ def apply_makeup(
     if engines == frozenset(Engine):
         twin = _twin(material.node_tree, output)
         output.target, twin.target = "EEVEE", "CYCLES"
-        _apply(output.inputs["Surface"], makeup, eevee)
-        _apply(twin.inputs["Surface"], makeup, Closures.TWO)
+        _apply(output.inputs["Surface"], makeup, eevee, dither)
+        _apply(twin.inputs["Surface"], makeup, Closures.TWO, False)
     else:
         output.target = "ALL"
-        _apply(output.inputs["Surface"], makeup, eevee if engines == {Engine.EEVEE} else Closures.TWO)
+        only_eevee = engines == {Engine.EEVEE}
+        _apply(output.inputs["Surface"], makeup, eevee if only_eevee else Closures.TWO, dither and only_eevee)
 
 
-def _apply(surface: bpy.types.NodeSocket, makeup: MakeupNode, form: Closures) -> None:
+def _apply(surface: bpy.types.NodeSocket, makeup: MakeupNode, form: Closures, dither: bool) -> None:
     for node in list(shader_nodes(surface)):
         if node.bl_idname == "ShaderNodeGroup" and node.node_tree:
             node.node_tree = node.node_tree.copy()
             for end in _group_ends(node.node_tree):
-                _apply(end, makeup, form)
+                _apply(end, makeup, form, dither)
         elif node.bl_idname in COLOUR_INPUT:
-            _cover(node, makeup, form)
+            _cover(node, makeup, form, dither)
 
 
-def _cover(node: bpy.types.Node, makeup: MakeupNode, form: Closures) -> None:
+def _cover(node: bpy.types.Node, makeup: MakeupNode, form: Closures, dither: bool) -> None:
     """Lay the makeup over one closure."""
     tree = Tree(node.id_data)
     group = makeup(node.id_data)
@@ -161,6 +173,8 @@ def _cover(node: bpy.types.Node, makeup: MakeupNode, form: Closures) -> None:
         _fill(tree, node, finish)
         if node.bl_idname == PRINCIPLED:
             _finish(tree, node, finish)
+    if dither:
+        total = _dithered(tree, total)
     if not _scatters(node):
         tree.feed(node.inputs[COLOUR_INPUT[node.bl_idname]], total)
     elif form is Closures.SCREEN:
@@ -170,6 +184,19 @@ def _cover(node: bpy.types.Node, makeup: MakeupNode, form: Closures) -> None:
         _shrink_radius(tree, node, (skin / total.maximum(1e-4)).sqrt())
     else:
         _two_closures(tree, node, film, skin)
+
+
+def _dithered(tree: Tree, colour: Colour) -> Colour:
+    """Near black, up to half a step of EEVEE's 10-bit colours of noise, new with every sample: the mean comes out right.
+
+    The jitter of a sample moves its window coordinates, so the noise averages out as samples add up.
+    """
+    place = tree.node("ShaderNodeTexCoord")
+    noise = tree.node("ShaderNodeTexWhiteNoise", noise_dimensions="3D")
+    tree.feed(noise.inputs["Vector"], Colour(tree, place.outputs["Window"]))
+    step = Colour(tree, noise.outputs["Color"]).times_plus(CLOSURE_STEP, -0.5 * CLOSURE_STEP)
+    dark = colour.times_plus(-1 / DITHERED_BELOW, 1.0).maximum(0.0)
+    return step.times_plus(dark, colour)
 
 
 def _scatters(node: bpy.types.Node) -> bool:

@@ -36,12 +36,13 @@ class Plan:
     film_closure: Effect
     finish: Effect
     screen_diffusion: Effect
+    dither: Effect
     tolerance: float
 
     @property
     def effects(self) -> tuple[Effect, ...]:
         """Every effect of the plan."""
-        return (*self.films, self.air_interface, self.film_closure, self.finish, self.screen_diffusion)
+        return (*self.films, self.air_interface, self.film_closure, self.finish, self.screen_diffusion, self.dither)
 
     @property
     def film_indices(self) -> tuple[int, ...]:
@@ -81,6 +82,7 @@ def make_plan(facts: SceneFacts, tolerance: float = DEFAULT_TOLERANCE) -> Plan:
         film_closure=_film_closure(facts.engines, bool(live)),
         finish=_finish(facts.finish, bool(live)),
         screen_diffusion=_screen(facts),
+        dither=_dither(facts.engines, bool(live)),
         tolerance=tolerance,
     )
 
@@ -124,6 +126,17 @@ def _screen(facts: SceneFacts) -> Effect:
     if Engine.EEVEE not in facts.engines:
         return Effect(name, False, "Cycles scatters light in the skin by itself", 0.0, cost)
     return Effect(name, True, "asked for: light is diffused in the compositor, in millimetres of skin", None, cost)
+
+
+def _dither(engines: frozenset[Engine], any_film: bool) -> Effect:
+    name, cost = "Dither near black", "7 nodes a skin shader"
+    if not any_film:
+        return Effect(name, False, "no film", 0.0, cost)
+    if Engine.EEVEE not in engines:
+        return Effect(name, False, "Cycles keeps colours as floats", 0.0, cost)
+    return Effect(
+        name, True, "EEVEE stores the colours of closures with 10 bits, too coarse for black films", None, cost
+    )
 
 
 def _film_closure(engines: frozenset[Engine], any_film: bool) -> Effect:
