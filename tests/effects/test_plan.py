@@ -94,3 +94,10 @@ def test_what_is_left_out_by_itself_changes_nothing(facts):
     for layer, film in zip(facts, plan(*facts).films, strict=True):
         if not film.on and layer.switch is Switch.AUTO:
             assert film.error == 0 and (not layer.enabled or layer.map_max * layer.thickness_mm == 0)
+
+
+def test_near_black_is_dithered_for_eevee_alone():
+    assert plan(PAINTED, engines=EEVEE).dither.on
+    assert plan(PAINTED, engines=EEVEE | CYCLES).dither.on
+    assert not plan(PAINTED, engines=CYCLES).dither.on
+    assert not plan(replace(PAINTED, map_max=0.0), engines=EEVEE).dither.on
