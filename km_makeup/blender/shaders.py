@@ -2,7 +2,7 @@
 
 | input of Principled | what happens |
 | --- | --- |
-| Base Color | read as the skin's colour, replaced by the colour with films |
+| Base Color | read as the skin's colour, replaced by the colour with films; EEVEE: dithered near black |
 | Roughness | replaced by the joint roughness of skin and films |
 | Specular IOR Level | replaced by the joint F0 of skin and films, at the IOR the skin has |
 | Subsurface Radius | EEVEE: times the square root of the skin's share, per channel; Cycles: kept |
@@ -36,7 +36,7 @@ CLOSURE_STEP = 1 / 1023
 """Step of the colours of closures in EEVEE, which are stored with 10 bits."""
 
 DITHERED_BELOW = 0.03
-"""Channels darker than this are dithered, black the most; above it a step is below 0.1 in CIEDE2000."""
+"""Channels darker than this are dithered, black the most; lighter ones keep their bits, so bare skin stays as rendered."""
 
 SHARE_AOV, MASK_AOV = "KM Share", "KM Mask"
 
