@@ -27,6 +27,7 @@ BROKEN: list[tuple[Rule, str, str]] = [
     (rules.blender_imports_outside_its_floor, "cli.py", "from mathutils import Vector"),
     (rules.imports_that_users_may_lack, "spectra/bands.py", "import colour"),
     (rules.imports_that_users_may_lack, "bake/files.py", "def f():\n    from colour import SDS_ILLUMINANTS"),
+    (rules.imports_that_users_may_lack, "blender/reference.py", "def f():\n    from flip_evaluator import evaluate"),
     (rules.imports_that_users_may_lack, "optics/films.py", "def f():\n    import scipy.optimize"),
     (rules.imports_that_users_may_lack, "products/derivation/mie.py", "import miepython"),
     (rules.swallowed_errors, "files.py", "try:\n    f()\nexcept OSError:\n    pass"),
