@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 
-from . import operators, panel, properties
+from . import ui
 from .update import keep_painted_maps
 
 _commands: list[object] = []
@@ -12,9 +12,7 @@ _commands: list[object] = []
 
 def register() -> None:
     """Register classes and the command line; imports no colour science, opens no file, builds nothing."""
-    properties.register()
-    for cls in (*operators.CLASSES, *panel.CLASSES):
-        bpy.utils.register_class(cls)
+    ui.register()
     bpy.app.handlers.save_pre.append(keep_painted_maps)
     _commands.append(bpy.utils.register_cli_command("km_makeup", _command))
 
@@ -24,9 +22,7 @@ def unregister() -> None:
     while _commands:
         bpy.utils.unregister_cli_command(_commands.pop())
     bpy.app.handlers.save_pre.remove(keep_painted_maps)
-    for cls in reversed((*operators.CLASSES, *panel.CLASSES)):
-        bpy.utils.unregister_class(cls)
-    properties.unregister()
+    ui.unregister()
 
 
 def _command(arguments: list[str]) -> int:

@@ -257,15 +257,13 @@ def test_a_bake_beside_a_blend_that_is_not_saved_is_refused(made_up):
 def test_a_layer_is_removed_and_can_be_undone_though_another_has_no_product(made_up, monkeypatch):
     import bpy
 
-    from km_makeup.blender import operators
+    from km_makeup.blender.ui.base import MakeupOperator
 
     made_up.km_makeup.layers[2].product = "gone"
     bpy.context.view_layer.objects.active = made_up
     said = {}
-    execute = operators._Makeup.execute
-    monkeypatch.setattr(
-        operators._Makeup, "execute", lambda self, context: said.setdefault("x", execute(self, context))
-    )
+    execute = MakeupOperator.execute
+    monkeypatch.setattr(MakeupOperator, "execute", lambda self, context: said.setdefault("x", execute(self, context)))
     with pytest.raises(RuntimeError, match="no product 'gone'"):
         bpy.ops.km_makeup.layer_remove()
     assert said["x"] == {"FINISHED"}

@@ -45,7 +45,7 @@ KEPT: list[tuple[Rule, str, str]] = [
     ),
     (rules.imports_from_floors_above, "optics/films.py", "if TYPE_CHECKING:\n    from ..spectra import Bands"),
     (rules.imports_from_floors_above, "blender/__init__.py", "def f():\n    from ..cli import main"),
-    (rules.blender_imports_outside_its_floor, "blender/panel.py", "import bpy"),
+    (rules.blender_imports_outside_its_floor, "blender/ui/layer/panel.py", "import bpy"),
     (rules.imports_that_users_may_lack, "spectra/bands.py", "import numpy as np\ndef f():\n    import colour"),
     (rules.imports_that_users_may_lack, "products/derivation/mie.py", "def f():\n    import miepython"),
 ]

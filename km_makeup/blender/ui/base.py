@@ -1,0 +1,101 @@
+"""What the pages share: operators that refuse in a sentence, panels that stand in two places."""
+
+from __future__ import annotations
+
+import textwrap
+
+import bpy
+
+from ...errors import MakeupError
+
+CHARACTERS = 40
+"""Letters of a line of text in a sidebar of the usual width."""
+
+
+class MakeupOperator:
+    """An operator on the active head: a MakeupError becomes a report, and each act is a step of undo."""
+
+    bl_options = {"REGISTER", "UNDO"}
+    needs_setup = False
+    needs_layer = False
+    changes_layers = False
+    """Whether the layers are changed before the makeup is rebuilt: then a refusal is a step that can be undone."""
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        problem = cls.hindrance(context)
+        if problem:
+            cls.poll_message_set(problem)
+        return not problem
+
+    @classmethod
+    def hindrance(cls, context: bpy.types.Context) -> str:
+        """Why the operator cannot run now, as the sentence that the greyed button shows; empty where it can."""
+        obj = context.object
+        if obj is None or obj.type != "MESH":
+            return "Select the mesh of the head first"
+        if cls.needs_setup and not obj.km_makeup.slots:
+            return "Press Set Up Makeup first"
+        if cls.needs_layer and not obj.km_makeup.layers:
+            return "Add a layer of makeup first"
+        return ""
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        try:
+            message = self.act(context, context.object)
+        except MakeupError as error:
+            self.report({"ERROR"}, str(error))
+            return {"FINISHED" if self.changes_layers else "CANCELLED"}
+        if message:
+            self.report({"INFO"}, message)
+        return {"FINISHED"}
+
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> str | None:
+        """What the operator does; the text it returns is shown."""
+        raise TypeError(f"{type(self).__name__} does not say what it does")
+
+
+class MakeupPanel:
+    """A panel of the tab; `in_two_places` makes the classes that Blender registers."""
+
+    bl_options: set[str] = set()
+    parent: type | None = None
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.object is not None and context.object.type == "MESH"
+
+
+def in_two_places(panel: type) -> tuple[type, type]:
+    """The panel for the sidebar of the 3D view (tab Makeup), and its twin in Properties > Object.
+
+    ``panel`` is a MakeupPanel with bl_label, draw() and ``parent``, the page's own class it lies in (None: on top).
+    """
+    made = []
+    places = (
+        ("", {"bl_space_type": "VIEW_3D", "bl_region_type": "UI", "bl_category": "Makeup"}),
+        ("_properties", {"bl_space_type": "PROPERTIES", "bl_region_type": "WINDOW", "bl_context": "object"}),
+    )
+    for suffix, place in places:
+        name = panel.__name__ + suffix
+        options = set(panel.bl_options)
+        fields = {"bl_idname": name, "__doc__": panel.__doc__, "__module__": panel.__module__, **place}
+        if panel.parent is not None:
+            fields["bl_parent_id"] = panel.parent.__name__ + suffix
+        elif suffix:
+            options.add("DEFAULT_CLOSED")
+        made.append(type(name, (panel, bpy.types.Panel), fields | {"bl_options": options}))
+    return made[0], made[1]
+
+
+def paragraph(layout: bpy.types.UILayout, text: str, icon: str = "NONE", width: int = CHARACTERS) -> None:
+    """A text over several lines, an icon before the first."""
+    column = layout.column(align=True)
+    for number, line in enumerate(textwrap.wrap(text, width)):
+        column.label(text=line, icon=icon if number == 0 else ("BLANK1" if icon != "NONE" else "NONE"))
+
+
+def active_layer(obj: bpy.types.Object) -> bpy.types.PropertyGroup | None:
+    """The layer that is selected in the list, if there is one."""
+    layers = obj.km_makeup.layers
+    return layers[max(0, min(obj.km_makeup.active, len(layers) - 1))] if layers else None

@@ -1,0 +1,7 @@
+"""Layers: the list of films from the skin to the air, and what is done with whole layers."""
+
+from __future__ import annotations
+
+from . import operators, panel
+
+CLASSES = (*operators.CLASSES, *panel.CLASSES)

@@ -1,0 +1,57 @@
+"""The list of layers and its buttons."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..base import MakeupPanel, in_two_places
+from ..set_up.panel import KM_PT_makeup
+from .operators import KM_OT_layer_add, KM_OT_layer_move, KM_OT_layer_remove
+
+
+class KM_UL_layers(bpy.types.UIList):
+    """Layers; the bottom of the list is nearest the skin."""
+
+    def draw_item(
+        self,
+        context: bpy.types.Context,
+        layout: bpy.types.UILayout,
+        data: object,
+        item: bpy.types.PropertyGroup,
+        icon: int,
+        active_data: object,
+        active_property: str,
+        index: int = 0,
+        flt_flag: int = 0,
+    ) -> None:
+        """One row: name, thickness, eye."""
+        row = layout.row(align=True)
+        row.prop(item, "name", text="", emboss=False)
+        row.label(text=f"{item.thickness_um:.3g} µm")
+        row.prop(item, "enabled", text="", icon="HIDE_OFF" if item.enabled else "HIDE_ON", emboss=False)
+
+
+class KM_PT_layers(MakeupPanel):
+    """The layers of makeup"""
+
+    bl_label = "Layers"
+    parent = KM_PT_makeup
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and bool(context.object.km_makeup.slots)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        makeup = context.object.km_makeup
+        row = self.layout.row()
+        row.template_list(
+            "KM_UL_layers", "", makeup, "layers", makeup, "active", rows=4, sort_reverse=True, sort_lock=True
+        )
+        column = row.column(align=True)
+        column.operator(KM_OT_layer_add.bl_idname, text="", icon="ADD")
+        column.operator(KM_OT_layer_remove.bl_idname, text="", icon="REMOVE")
+        column.operator(KM_OT_layer_move.bl_idname, text="", icon="TRIA_UP").direction = 1
+        column.operator(KM_OT_layer_move.bl_idname, text="", icon="TRIA_DOWN").direction = -1
+
+
+CLASSES = (KM_UL_layers, *in_two_places(KM_PT_layers))
