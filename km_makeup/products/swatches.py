@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import struct
 import zlib
 from collections.abc import Mapping, Sequence
@@ -23,6 +24,9 @@ MULTIPLES = (0.5, 1.0, 2.0)
 
 BLACK, WHITE = 0.02, 0.82
 """Apparent reflectance of the black and the white of a drawdown card."""
+
+BARE = np.zeros(len(WAVELENGTHS))
+"""What lies below an opaque film does not matter."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +68,38 @@ def swatch_image(product: Product, size: int = 96) -> Image:
             image[top:bottom, left:right] = colour
     image[:, columns[-2] :] = srgb8(one.masstone)
     return image
+
+
+def thumbnail(product: Product, size: int = 96) -> Image:
+    """A small picture for lists (size, size, 4), RGBA: above the opaque film, below as worn on a light, medium and deep skin.
+
+    Corners are rounded and clear, so that it lies well on any background.
+    """
+    skins = reference_skins()
+    thick = np.full(len(skins) + 1, product.thickness_um)
+    thick[0] = np.inf
+    films = [seen_over(product.K, product.S, t, skin) for t, skin in zip(thick, [BARE, *skins.values()], strict=True)]
+    colours = srgb8(to_rgb(np.stack([*films, *skins.values()])))
+    masstone, worn, bare = colours[0], colours[1 : len(skins) + 1], colours[len(skins) + 1 :]
+    image = np.full((size, size, 4), 255, np.uint8)
+    split = round(0.58 * size)
+    image[:split, :, :3] = masstone
+    columns = np.linspace(0, size, len(skins) + 1).round().astype(int)
+    top, bottom = split + round(0.12 * size), size - round(0.1 * size)
+    for left, right, film, skin in zip(columns[:-1], columns[1:], worn, bare, strict=True):
+        image[split:, left:right, :3] = skin
+        image[top:bottom, left:right, :3] = film
+    image[..., 3] = _rounded(size)
+    return image
+
+
+@functools.cache
+def _rounded(size: int) -> Image:
+    """Opacity 0..255 of a square with rounded corners, smooth at its edge."""
+    radius = 0.12 * size
+    at = np.abs(np.arange(size) + 0.5 - size / 2) - (size / 2 - radius)
+    reach = np.hypot(np.maximum(at, 0)[:, None], np.maximum(at, 0)[None, :])
+    return (255 * np.clip(radius + 0.5 - reach, 0, 1) + 0.5).astype(np.uint8)
 
 
 def swatch_sheet(products: Sequence[Product], size: int = 96, across: int = 6) -> Image:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import bpy
 
 from ..base import MakeupPanel, active_layer, in_two_places
+from ..products import picker
 from ..set_up.panel import KM_PT_makeup
 from .operators import KM_OT_load_map
 
@@ -23,7 +24,7 @@ class KM_PT_layer(MakeupPanel):
         layer = active_layer(context.object)
         layout = self.layout
         layout.use_property_split = True
-        layout.prop(layer, "product")
+        picker.draw(layout, layer)
         layout.prop(layer, "thickness_um", text="Film (µm)")
         layout.prop(layer, "strength")
         layout.template_ID(layer, "map", new="image.new", open="image.open")

@@ -6,6 +6,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, PointerProperty, StringProperty
 
 from ...update import layer_changed
+from ..products.picker import layer_pick
 
 CHANNELS = [(c, c, f"The {c} channel of the map") for c in "RGBA"]
 SWITCHES = [
@@ -19,6 +20,7 @@ class KM_PG_layer(bpy.types.PropertyGroup):
     """One layer of makeup; layers stand bottom to top."""
 
     product: StringProperty(name="Product", description="Id of the product in the library", update=layer_changed)
+    pick: layer_pick()
     thickness_um: FloatProperty(
         name="Thickness", description="Thickness of the film where the map is white, in micrometres (µm)",
         min=0, soft_max=200, max=1e5, default=20, precision=1, update=layer_changed,
