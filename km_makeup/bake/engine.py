@@ -1,9 +1,13 @@
-"""The bake: cosmetic maps and a stack of coats to RGB textures, spectrally exact, covered texels only.
+"""The bake: cosmetic maps and a stack of coats to RGB textures.
 
 The textures act on the skin's colour c per channel as ``R + T2 c / (1 - R_up c)`` (`makeup.coat.OnSkin`).
 Going from spectra to RGB commutes with R but not with the products; where a reference colour of the skin
 is given, T2 is scaled so that the formula is exact for it. The finished albedo is exact for every texel
 of a skin texture.
+
+Two methods, the same textures: maps of few distinct combinations of painted values (bytes, as a rule) have each
+combination computed once at all 81 bands, and texels take what is theirs; others are computed texel by texel, at as few
+bands as the tolerance allows. Work goes in tiles on all cores; the result does not depend on either.
 """
 
 from __future__ import annotations
@@ -15,16 +19,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MakeupError
-from ..makeup.coat import Coat, OnSkin, on_skin
+from ..makeup.coat import Coat
+from ..makeup.maps import check_same_size
 from ..optics import Interface
 from ..spectra import Bands, upsample_skin
 from ..spectra.lights import Light
-from .texels import Texels, covered_texels
+from .colours import Reference, Shine
+from .combinations import Combinations, combinations
+from .fewer import Ground, Method, fitted, full
+from .finished import finished_tile, method_over_skins
+from .levels import Painted, Rows, painted
+from .texels import WORD, Part, Single, Work, by_combination, by_texel, combination_blocks, single
+from .tiles import in_order, row_tiles
 
-CHUNK = 16384
-"""Texels computed at once: 81 bands of float32 are then 5 MB an array, about a core's cache."""
+FLOAT_LEVELS = (1024, 4096, 16384)
+"""Levels that float maps may be rounded to; the fewest that keep the tolerance are taken."""
 
-GAMUT_ROUNDING = 1e-5
+TOLERANCE = 0.05
+"""CIEDE2000 that a bake may be off where it takes a short cut, unless asked otherwise: below what half floats round away."""
+
+MOST = 1 << 16
+"""Combinations that are always worth finding; more only where there are many times more texels."""
 
 Progress = Callable[[int, int], None]
 
@@ -33,13 +48,14 @@ Progress = Callable[[int, int], None]
 class Request:
     """What to bake.
 
-    ``coats`` and ``maps`` bottom to top, each map (height, width) uint8 or float32; ``strengths`` scale
-    them. ``reference`` is the linear RGB of the skin for which T2 is made exact; ``skin`` (height, width,
-    3) asks for the finished albedo over that linear texture.
+    ``coats`` and ``maps`` bottom to top, each map (height, width) uint8 or float32, or `Rows` that hand them out;
+    ``strengths`` scale them. ``reference`` is the linear RGB of the skin for which T2 is made exact; ``skin`` (height,
+    width, 3) asks for the finished albedo over that linear texture, ``shines`` (one a layer) for the finish. ``tolerance`` in
+    CIEDE2000: 0 takes no short cut. ``half`` writes 16-bit floats, otherwise 32-bit.
     """
 
     coats: Sequence[Coat]
-    maps: Sequence[NDArray]
+    maps: Sequence[NDArray | Rows]
     interface: Interface | None
     bands: Bands
     strengths: Sequence[float] = ()
@@ -47,14 +63,18 @@ class Request:
     reference: NDArray | None = None
     skin: NDArray | None = None
     light: Light = "D65"
+    shines: Sequence[Shine] = ()
+    tolerance: float = TOLERANCE
+    half: bool = False
 
 
 @dataclass(frozen=True)
 class Baked:
-    """Float32 textures (height, width, 3): ``R``, ``T2``, ``R_up`` and, on request, ``albedo``.
+    """Textures (height, width, 4), alpha 1: ``R``, ``T2``, ``R_up`` and, on request, ``finish`` and ``albedo`` (3 channels).
 
-    ``covered`` counts the texels that were computed, ``distinct`` the different combinations among them;
-    ``out_of_gamut`` those whose colour over the reference skin has a channel below 0 or above 1 in the
+    ``covered`` counts the painted texels, ``distinct`` the different combinations among them (0 where texels were computed one
+    by one); ``bands`` how many bands the many were computed at, ``error`` the largest CIEDE2000 of that on a sample;
+    ``out_of_gamut`` the texels whose colour over the reference skin or black has a channel below 0 or above 1 in the
     working space. Such textures keep their signed values; the nodes clamp what reaches a shader.
     """
 
@@ -62,13 +82,16 @@ class Baked:
     T2: NDArray
     R_up: NDArray
     albedo: NDArray | None
+    finish: NDArray | None
     covered: int
     distinct: int
-    out_of_gamut: int = 0
+    out_of_gamut: int
+    bands: int
+    error: float
 
 
 def bake(request: Request, progress: Progress | None = None) -> Baked:
-    """Compute all textures at once; ``progress(done, total)`` counts chunks."""
+    """Compute all textures at once; ``progress(done, total)`` counts steps."""
     steps = baking(request)
     while True:
         try:
@@ -80,103 +103,145 @@ def bake(request: Request, progress: Progress | None = None) -> Baked:
 
 
 def baking(request: Request) -> Generator[tuple[int, int], None, Baked]:
-    """The bake as a generator that yields (done, total) after each chunk and returns the result.
+    """The bake as a generator that yields (done, total) after each step and returns the result.
 
-    Raises MakeupError where maps are unusable or differ in size.
+    The total may shrink when the method is known. Raises MakeupError where maps are unusable or differ in size.
     """
-    texels = _texels(request)
-    height, width = texels.shape
-    covered = texels.index
-    R, T2, R_up = (np.zeros((height * width, 3), np.float32) for _ in range(3))
-    T2[:] = 1
-    albedo = None
-    if request.skin is not None:
-        albedo = np.array(request.skin, np.float32).reshape(-1, 3)
-        if len(albedo) != height * width:
-            raise MakeupError(
-                f"The skin texture has {len(albedo)} texels, the maps {height * width}; give both the same size."
-            )
-    chosen, inverse = texels.distinct()
-    combinations = texels.values(chosen)
-    total = -(-len(combinations) // CHUNK) + (-(-len(covered) // CHUNK) if albedo is not None else 0)
-    reference = _reference_spectrum(request)
-    rgb = np.empty((3, len(combinations), 3), np.float32)
-    done = 0
-    for start in range(0, len(combinations), CHUNK):
-        part = slice(start, start + CHUNK)
-        rgb[:, part] = _rgb(_optics(request, combinations[part]), request.bands, reference)
+    layers = _layers(request, FLOAT_LEVELS[0])
+    height, width = check_same_size([(layer.name, layer.source) for layer in layers])  # type: ignore[misc]
+    if request.skin is not None and request.skin.shape[:2] != (height, width):
+        raise MakeupError(
+            f"The skin texture is {request.skin.shape[1]}x{request.skin.shape[0]}, the maps {width}x{height}; "
+            "give both the same size."
+        )
+    tiles = row_tiles(height, width)
+    ground = Ground(request.coats, request.interface, request.bands, _reference(request))
+    canvas = _Canvas(request, height * width)
+    total, done = 2 * len(tiles) + (len(tiles) if request.skin is not None else 0), 0
+    found: Combinations | None = None
+    if all(layer.is_byte for layer in layers):
+        looking = combinations(layers, tiles, max(MOST, height * width // 8))
+        while True:
+            try:
+                done += next(looking)
+            except StopIteration as end:
+                found = end.value
+                break
+            total = max(total, done + len(tiles))
+            yield done, total
+    work = _work(request, ground, layers, found, canvas)
+    steps = _combined(work, found, tiles, canvas) if found else _one_by_one(work, tiles, canvas)
+    left = (len(combination_blocks(found, work.method.bands)) if found else 0) + len(tiles)
+    total = done + left + (len(tiles) if request.skin is not None else 0)
+    counts = np.zeros(2, int)
+    while True:
+        try:
+            counts += next(steps)
+        except StopIteration:
+            break
         done += 1
         yield done, total
-    outside = _outside(rgb, request.reference)
-    for texture, table in zip((R, T2, R_up), rgb):
-        texture[covered] = table[inverse]
-    if albedo is not None:
-        for start in range(0, len(covered), CHUNK):
-            part = slice(start, start + CHUNK)
-            albedo[covered[part]] = _finished(request, texels.values(part), albedo[covered[part]])
+    albedo = None
+    if request.skin is not None:
+        albedo = np.array(request.skin, np.float32)
+        method = method_over_skins(ground, layers, request.skin, request.light, request.tolerance)
+        flat = albedo.reshape(-1, 3)
+        for _ in in_order(lambda rows: finished_tile(ground, layers, method, flat, request.light, rows), tiles):
             done += 1
             yield done, total
-    to_image = lambda flat: flat.reshape(height, width, 3)  # noqa: E731
+    shape = (height, width, 4)
+    planes = {name: words.view(canvas.dtype).reshape(shape) for name, words in zip(work.names, canvas.words)}
     return Baked(
-        to_image(R),
-        to_image(T2),
-        to_image(R_up),
-        None if albedo is None else to_image(albedo),
-        covered=len(covered),
-        distinct=len(combinations),
-        out_of_gamut=int(np.count_nonzero(outside[inverse])) if len(inverse) else 0,
+        planes["R"],
+        planes["T2"],
+        planes["R_up"],
+        albedo,
+        planes.get("finish"),
+        covered=found.covered if found else int(counts[0]),
+        distinct=found.levels.shape[1] - 1 if found else 0,
+        out_of_gamut=int(counts[1]),
+        bands=work.method.bands,
+        error=work.method.error,
     )
 
 
-def _texels(request: Request) -> Texels:
+class _Canvas:
+    """The textures being made, a word a texel."""
+
+    def __init__(self, request: Request, texels: int) -> None:
+        self.dtype = np.dtype(np.float16 if request.half else np.float32)
+        names = 4 if request.shines else 3
+        self.words = [np.empty(texels, WORD[self.dtype]) for _ in range(names)]
+
+    def tile(self, layers: Sequence[Painted], rows: tuple[int, int]) -> list[NDArray]:
+        """The words of a tile's texels."""
+        width = layers[0].source.shape[1]
+        return [words[rows[0] * width : rows[1] * width] for words in self.words]
+
+
+def _layers(request: Request, float_levels: int) -> list[Painted]:
     if not request.maps or len(request.maps) != len(request.coats):
         raise MakeupError(
             f"A bake needs one map a layer; there are {len(request.coats)} layers and {len(request.maps)} maps."
         )
     names = list(request.names) or [f"map {i + 1}" for i in range(len(request.maps))]
-    return covered_texels(request.maps, list(request.strengths) or [1.0] * len(request.maps), names)
+    strengths = list(request.strengths) or [1.0] * len(request.maps)
+    return [painted(m, s, n, float_levels) for m, s, n in zip(request.maps, strengths, names)]
 
 
-def _optics(request: Request, values: NDArray) -> OnSkin:
-    return on_skin([one.at(values[:, i]) for i, one in enumerate(request.coats)], request.interface)
-
-
-def _reference_spectrum(request: Request) -> NDArray | None:
+def _reference(request: Request) -> Reference | None:
     if request.reference is None:
         return None
     rgb = np.asarray(request.reference, np.float64)
-    return _at_bands(upsample_skin(rgb, light=request.light, space=request.bands.space), request.bands)
+    return Reference(rgb, upsample_skin(rgb, light=request.light, space=request.bands.space))
 
 
-def _at_bands(spectra: NDArray, bands: Bands) -> NDArray:
-    """Spectra given at 81 wavelengths, at those of ``bands``."""
-    from ..spectra import WAVELENGTHS
-
-    index = np.searchsorted(WAVELENGTHS, bands.wavelengths)
-    return spectra if len(index) == len(WAVELENGTHS) else spectra[..., index]
-
-
-def _rgb(optics: OnSkin, bands: Bands, reference: NDArray | None) -> tuple[NDArray, NDArray, NDArray]:
-    W = bands.weights_as(optics.R.dtype)
-    R, T2, R_up = optics.R @ W, optics.T2 @ W, optics.R_up @ W
-    if reference is None:
-        return R, T2, R_up
-    c = (reference @ bands.weights).astype(R.dtype)
-    seen = optics.over(reference.astype(optics.R.dtype)) @ W
-    return R, (seen - R) * (1 - R_up * c) / np.maximum(c, 1e-6), R_up
-
-
-def _outside(rgb: NDArray, reference: NDArray | None) -> NDArray[np.bool_]:
-    """Which combinations (3 textures, combinations, 3) leave the working space, over the reference skin or black."""
-    R, T2, R_up = rgb
-    c = np.zeros(3, np.float32) if reference is None else np.asarray(reference, np.float32)
-    colour = R + T2 * c / np.maximum(1 - R_up * c, 1e-6)
-    return np.any((colour < -GAMUT_ROUNDING) | (colour > 1 + GAMUT_ROUNDING), axis=1)
+def _work(
+    request: Request, ground: Ground, layers: Sequence[Painted], found: Combinations | None, canvas: _Canvas
+) -> Work:
+    """The cheapest method that keeps the tolerance."""
+    if found is not None and (found.levels.shape[1] <= MOST or request.tolerance == 0):
+        return Work(layers, ground, full(ground, layers), request.shines, canvas.dtype)
+    if request.tolerance > 0:
+        for count in FLOAT_LEVELS:
+            rounded = _layers(request, count)
+            method = fitted(ground, rounded, request.tolerance)
+            if method is not None:
+                return Work(rounded, ground, method, request.shines, canvas.dtype)
+            if found is not None:
+                return Work(layers, ground, full(ground, layers), request.shines, canvas.dtype)
+    return Work(layers, ground, full(ground, layers, np.float64), request.shines, canvas.dtype, exact=True)
 
 
-def _finished(request: Request, values: NDArray, skin: NDArray) -> NDArray:
-    # In float64 the order in which a matrix product adds, which depends on how many texels it is given, does not show.
-    exact = skin.astype(np.float64)
-    spectra = _at_bands(upsample_skin(exact, light=request.light, space=request.bands.space), request.bands)
-    optics = _optics(request, values)
-    return optics.over(spectra.astype(optics.R.dtype)) @ request.bands.weights_as(optics.R.dtype)
+def _combined(
+    work: Work, found: Combinations, tiles: Sequence[tuple[int, int]], canvas: _Canvas
+) -> Generator[tuple[int, int], None, None]:
+    """Each combination once, then the texels; yields (painted, outside the working space) a step."""
+    blocks = combination_blocks(found, work.method.bands)
+    parts: list[Part] = []
+    for part in in_order(lambda block: by_combination(work, found, block), blocks):
+        parts.append(part)
+        yield 0, 0
+    tables = [np.concatenate(words) for words in zip(*(part.words for part in parts))]
+    outside = np.concatenate([part.outside for part in parts])
+    count_outside = bool(outside.any())
+
+    def take(rows: tuple[int, int]) -> int:
+        code = found.of(rows)
+        for table, target in zip(tables, canvas.tile(work.layers, rows)):
+            table.take(code, out=target, mode="clip")  # "raise" would copy
+        return int(np.count_nonzero(outside.take(code))) if count_outside else 0
+
+    for count in in_order(take, tiles):
+        yield 0, count
+
+
+def _one_by_one(
+    work: Work, tiles: Sequence[tuple[int, int]], canvas: _Canvas
+) -> Generator[tuple[int, int], None, None]:
+    """Texel by texel; yields (painted, outside the working space) a tile."""
+    singles: list[Single] = []
+    if not work.exact:
+        at_all_bands: Method = full(work.ground, work.layers)
+        singles = [single(work, at_all_bands, i) for i in range(len(work.layers))]
+    yield from in_order(lambda rows: by_texel(work, singles, rows, canvas.tile(work.layers, rows)), tiles)

@@ -16,6 +16,10 @@ from ..files import replacing
 from ..makeup.maps import CHANNELS, check_map
 
 
+ROWS = 64
+"""Rows written at a time: a few of the blocks of 16 that the compression works on."""
+
+
 def _oiio() -> ModuleType:
     try:
         import OpenImageIO
@@ -101,7 +105,11 @@ def _write_exr(file: Path, path: Path, pixels: NDArray, half: bool, metadata: Ma
     target = oiio.ImageOutput.create(str(file))
     if target is None or not target.open(str(file), spec):
         raise MakeupError(f"Cannot write {path} ({oiio.geterror().strip()}); check the folder and the free space.")
-    good = target.write_image(np.ascontiguousarray(pixels[::-1], dtype=np.float32))
+    good = True
+    for top in range(0, height, ROWS):
+        rows = pixels[::-1][top : top + ROWS]
+        rows = np.ascontiguousarray(rows, dtype=np.float16 if half and rows.dtype == np.float16 else np.float32)
+        good = good and target.write_scanlines(top, top + len(rows), 0, rows)
     message = target.geterror() if not good else ""
     if not target.close() or not good:
         raise MakeupError(f"Cannot write {path} ({message.strip() or target.geterror()}); is the disk full?")

@@ -1,4 +1,4 @@
-"""The covered texels of a stack of maps, and which of them are alike."""
+"""The textures of a tile of texels, by either of two methods: each distinct combination once, or texel by texel."""
 
 from __future__ import annotations
 
@@ -8,58 +8,189 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import MakeupError
-from ..makeup.maps import check_map, check_same_size
+from ..makeup.coat import Coat, OnSkin, on_skin
+from .colours import BARE, Shine, finish, optics, textures
+from .combinations import Combinations
+from .fewer import Ground, Method
+from .levels import Painted
 
-SPAN = 1 << 24
-"""Keys up to this are told apart by marking them in a table; sorting, which is some ten times slower, above it."""
+BLOCK = 1 << 16
+"""Numbers computed together, texels or combinations times bands: a quarter of a megabyte an array, which a core's cache holds."""
+
+TEXTURES = ("R", "T2", "R_up")
+NO_FINISH = (1.0, 0.0, 0.0)
+WORD = {np.dtype(np.float16): np.dtype(np.uint64), np.dtype(np.float32): np.dtype(np.complex128)}
+"""Four channels of a texel as one number, which NumPy copies in one piece."""
 
 
 @dataclass(frozen=True)
-class Texels:
-    """Texels that carry product: flat indices (count,), and for each layer the stored value and its scale to 0..1."""
+class Work:
+    """All that a tile's textures depend on: layers, ground, method, finishes, and the type of what is written.
 
-    shape: tuple[int, int]
-    index: NDArray[np.intp]
-    columns: Sequence[NDArray]
-    scales: Sequence[float]
-
-    def values(self, part: slice | NDArray) -> NDArray[np.float32]:
-        """Painted values (texels, layers) of some of the covered texels, 0..1."""
-        return np.stack([c[part] * np.float32(s) for c, s in zip(self.columns, self.scales)], axis=-1, dtype=np.float32)
-
-    def distinct(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """One covered texel of every distinct combination of values, and for each covered texel which it is."""
-        codes, count = np.zeros(len(self.index), np.intp), 1
-        for column in self.columns:
-            levels, size = (column, 256) if column.dtype == np.uint8 else _renumbered(column, 0)
-            codes, count = _renumbered(codes * size + levels, count * size)
-        first = np.empty(count, np.intp)
-        first[codes[::-1]] = np.arange(len(codes) - 1, -1, -1)
-        return first, codes
-
-
-def _renumbered(keys: NDArray, span: int) -> tuple[NDArray[np.intp], int]:
-    """Keys as 0, 1, 2 ... in their own order, and how many there are; ``span`` is above every key, 0 if not known."""
-    if not 0 < span <= max(SPAN, 2 * len(keys)):
-        different, codes = np.unique(keys, return_inverse=True)
-        return codes.reshape(-1), len(different)
-    there = np.zeros(span, bool)
-    there[keys] = True
-    number = np.cumsum(there, dtype=np.intp) - 1
-    return number[keys], int(number[-1]) + 1
-
-
-def covered_texels(maps: Sequence[NDArray], strengths: Sequence[float], names: Sequence[str]) -> Texels:
-    """The texels where any of the maps (height, width), uint8 or float, is above 0.
-
-    Raises MakeupError, with the map's name, where a map is unusable or of another size than the first.
+    ``exact`` computes painted values as they are, in float64, without levels.
     """
-    checked = [check_map(values, name) for values, name in zip(maps, names)]
-    shape = check_same_size(list(zip(names, checked)))
-    flat = [values.reshape(-1) for values in checked]
-    index = np.flatnonzero(np.any([values > 0 for values in flat], axis=0))
-    scales = [s / 255 if values.dtype == np.uint8 else s for s, values in zip(strengths, flat)]
-    if not all(0 <= s <= 1 for s in strengths):
-        raise MakeupError(f"Strengths lie between 0 and 1; these are {list(strengths)}.")
-    return Texels(shape, index, [values[index] for values in flat], scales)
+
+    layers: Sequence[Painted]
+    ground: Ground
+    method: Method
+    shines: Sequence[Shine]
+    dtype: np.dtype
+    exact: bool = False
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The textures made."""
+        return (*TEXTURES, "finish") if self.shines else TEXTURES
+
+    def stack(self, levels: Sequence[NDArray], values: Sequence[NDArray]) -> OnSkin:
+        """The stack at some texels, (bands, texels), from their levels or their exact values."""
+        if not self.exact:
+            return optics(self.method.tables, levels, self.ground.interface)
+        index = self.method.weights.index
+        films = [_thinned(c, index).at(v) for c, v in zip(self.ground.coats, values)]
+        made = on_skin(films, self.ground.interface)
+        return OnSkin(made.R.T, made.T2.T, made.R_up.T)
+
+    def values(self, levels: Sequence[NDArray]) -> list[NDArray]:
+        """Painted values of levels."""
+        return [layer.values().take(level) for layer, level in zip(self.layers, levels)]
+
+    def words(self, stack: OnSkin, values: Sequence[NDArray]) -> tuple[list[NDArray], NDArray]:
+        """The texels of every texture as words, and R, T2, R_up as (3, 3, texels)."""
+        rgb = textures(stack, self.method.weights, self.method.reference)
+        planes = list(rgb)
+        if self.shines:
+            planes.append(finish(self.ground.coats, self.shines, values).T)
+        return [packed(plane, self.dtype) for plane in planes], rgb
+
+
+def _thinned(coat: Coat, index: NDArray[np.intp]) -> Coat:
+    return Coat(coat.K[index], coat.S[index], coat.thickness_mm, coat.powder, coat.name)
+
+
+def packed(rgb: NDArray, dtype: np.dtype) -> NDArray:
+    """Colours (3, texels) as one word a texel, alpha 1."""
+    rgba = np.empty((rgb.shape[1], 4), dtype)
+    rgba[:, :3] = rgb.T
+    rgba[:, 3] = 1
+    return rgba.view(WORD[np.dtype(dtype)]).reshape(-1)
+
+
+def bare_words(work: Work) -> list[NDArray]:
+    """One texel of every texture where nothing is painted."""
+    colours = [(value,) * 3 for value in BARE] + [NO_FINISH]
+    return [packed(np.array(one, float)[:, None], work.dtype) for one in colours[: len(work.names)]]
+
+
+@dataclass(frozen=True)
+class Part:
+    """A run of combinations, computed: their words, and which of them leave the working space."""
+
+    words: Sequence[NDArray]
+    outside: NDArray[np.bool_]
+
+
+def combination_blocks(found: Combinations, bands: int) -> list[slice]:
+    """The combinations in blocks."""
+    count, step = found.levels.shape[1], max(1, BLOCK // bands)
+    return [slice(start, min(start + step, count)) for start in range(0, count, step)]
+
+
+def by_combination(work: Work, found: Combinations, part: slice) -> Part:
+    """The textures of a block of combinations; the first of all, no product, is bare to the last bit."""
+    levels = list(found.levels[:, part])
+    values = work.values(levels)
+    words, rgb = work.words(work.stack(levels, values), values)
+    outside = leaves_space(rgb, work.ground)
+    if part.start == 0:
+        for word, bare in zip(words, bare_words(work)):
+            word[0] = bare[0]
+        outside[0] = False
+    return Part(words, outside)
+
+
+def leaves_space(rgb: NDArray, ground: Ground) -> NDArray[np.bool_]:
+    """Which texels of R, T2, R_up (3, 3, texels) leave the working space, over the reference skin or black."""
+    R, T2, R_up = rgb
+    c = np.zeros((3, 1), rgb.dtype) if ground.reference is None else ground.reference.rgb.astype(rgb.dtype)[:, None]
+    colour = R + T2 * c / np.maximum(1 - R_up * c, 1e-6)
+    return np.any((colour < -GAMUT_ROUNDING) | (colour > 1 + GAMUT_ROUNDING), axis=0)
+
+
+GAMUT_ROUNDING = 1e-5
+
+
+@dataclass(frozen=True)
+class Single:
+    """A layer's textures at each of its levels where it is the only one painted."""
+
+    words: Sequence[NDArray]
+    outside: NDArray[np.bool_]
+
+
+def single(work: Work, full: Method, layer: int) -> Single:
+    """The textures of one layer alone, at all bands."""
+    levels = np.arange(work.layers[layer].levels)
+    alone = Work([work.layers[layer]], Ground([work.ground.coats[layer]], *_ground_rest(work)),
+                 Method(full.weights, [full.tables[layer]], full.reference, 0.0),
+                 [work.shines[layer]] if work.shines else [], work.dtype)  # fmt: skip
+    values = alone.values([levels])
+    words, rgb = alone.words(alone.stack([levels], values), values)
+    for word, bare in zip(words, bare_words(work)):
+        word[0] = bare[0]
+    return Single(words, leaves_space(rgb, work.ground))
+
+
+def _ground_rest(work: Work) -> tuple:
+    return work.ground.interface, work.ground.bands, work.ground.reference
+
+
+def by_texel(work: Work, singles: Sequence[Single], rows: tuple[int, int], out: Sequence[NDArray]) -> tuple[int, int]:
+    """Fill a tile's words; how many texels are painted and how many of them leave the working space."""
+    stored = [layer.stored(*rows) for layer in work.layers]
+    levels = [layer.level(values) for layer, values in zip(work.layers, stored)]
+    pattern = _pattern(stored if work.exact else levels)
+    for target, bare in zip(out, bare_words(work)):
+        target[:] = bare[0]
+    outside = 0
+    for which in np.flatnonzero(np.bincount(pattern, minlength=1 << len(levels))):
+        texels = np.flatnonzero(pattern == which)
+        layers = [i for i in range(len(levels)) if which >> i & 1]
+        if not layers:
+            continue
+        if len(layers) == 1 and not work.exact:
+            one = singles[layers[0]]
+            level = levels[layers[0]].take(texels)
+            for target, words in zip(out, one.words):
+                target[texels] = words.take(level)
+            if one.outside.any():
+                outside += int(np.count_nonzero(one.outside.take(level)))
+            continue
+        step = max(1, BLOCK // work.method.bands)
+        for start in range(0, len(texels), step):
+            some = texels[start : start + step]
+            outside += _fill(work, levels, stored, some, out)
+    return int(np.count_nonzero(pattern)), outside
+
+
+def _fill(
+    work: Work, levels: Sequence[NDArray], stored: Sequence[NDArray], some: NDArray, out: Sequence[NDArray]
+) -> int:
+    chosen = [level.take(some) for level in levels]
+    values = (
+        [layer.exact(one.take(some).astype(np.float64)) for layer, one in zip(work.layers, stored)]
+        if work.exact
+        else (work.values(chosen) if work.shines else [])
+    )
+    words, rgb = work.words(work.stack(chosen, values), values)
+    for target, word in zip(out, words):
+        target[some] = word
+    return int(np.count_nonzero(leaves_space(rgb, work.ground)))
+
+
+def _pattern(levels: Sequence[NDArray]) -> NDArray[np.int64]:
+    """Which layers each texel is painted with, as bits."""
+    pattern = np.zeros(levels[0].shape, np.int64)
+    for i, level in enumerate(levels):
+        pattern += (level > 0).astype(np.int64) << i
+    return pattern

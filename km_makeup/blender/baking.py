@@ -11,12 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import __version__
-from ..bake import Baked, Request, baking, write_exrs
+from ..bake import Baked, Request, Shine, baking, write_exrs
 from ..effects import Plan
 from ..errors import MakeupError
 from ..files import ensure_folder
 from ..makeup import interface_of
-from ..makeup.finish import Gloss, covered, finish_texture
 from ..spectra import bands
 from . import images
 from .makeup import light_of, plan_of, refresh, skin_under, stack_of
@@ -33,13 +32,18 @@ class BakeReport:
     texels: int
     covered: int
     distinct: int
+    bands: int
+    error: float
     out_of_gamut: int = 0
 
     def __str__(self) -> str:
+        how = f"{self.distinct} distinct thickness combinations" if self.distinct else "each of them"
         text = (
-            f"{', '.join(self.files)}: {self.covered} of {self.texels} texels covered, "
-            f"{self.distinct} distinct thickness combinations computed at 81 bands"
+            f"{', '.join(self.files)}: {self.covered} of {self.texels} texels covered, {how} computed at "
+            f"{self.bands} bands"
         )
+        if self.error:
+            text += f" (CIEDE2000 {self.error:.3f} at most on a sample)"
         if self.out_of_gamut:
             text += (
                 f"; {self.out_of_gamut} texels are more saturated than the working space and are clamped in the shader"
@@ -69,7 +73,15 @@ def bake_steps(obj: bpy.types.Object, scene: bpy.types.Scene) -> Generator[tuple
     files = _write(obj, plan, request, baked, folder)
     _use(obj, files)
     refresh(obj, scene)
-    return BakeReport(files, request.maps[0].size, baked.covered, baked.distinct, baked.out_of_gamut)
+    return BakeReport(
+        files,
+        request.maps[0].shape[0] * request.maps[0].shape[1],
+        baked.covered,
+        baked.distinct,
+        baked.bands,
+        baked.error,
+        baked.out_of_gamut,
+    )
 
 
 def bake_all(obj: bpy.types.Object, scene: bpy.types.Scene) -> BakeReport | None:
@@ -108,6 +120,8 @@ def _request(obj: bpy.types.Object, plan: Plan) -> Request:
         reference=skin.mean,
         skin=texture,
         light=light,
+        shines=[Shine(p.finish.roughness, p.finish.f0) for p in products] if plan.finish.on else [],
+        half=not makeup.full_float,
     )
 
 
@@ -137,18 +151,6 @@ def resized(values: NDArray, size: int | tuple[int, ...] | None) -> NDArray:
     return grid
 
 
-def _finish(obj: bpy.types.Object, plan: Plan, request: Request) -> NDArray[np.float32]:
-    """The finish texture (height, width, 3) of the planned films."""
-    height, width = request.maps[0].shape
-    films = []
-    products, coats = stack_of(obj, plan)
-    for product, one, values, strength in zip(products, coats, request.maps, request.strengths):
-        scale = np.float32(strength / (255 if values.dtype == np.uint8 else 1))
-        share = covered(values.reshape(-1).astype(np.float32) * scale, one.thickness_mm, one.powder)
-        films.append(Gloss(product.finish.roughness, product.finish.f0, share))
-    return finish_texture(films).reshape(height, width, 3)
-
-
 def _write(obj: bpy.types.Object, plan: Plan, request: Request, baked: Baked, folder: Path) -> dict[str, Path]:
     products, coats = stack_of(obj, plan)
     metadata = {
@@ -157,11 +159,12 @@ def _write(obj: bpy.types.Object, plan: Plan, request: Request, baked: Baked, fo
         "light": request.bands.light,
         "working_space": request.bands.space,
         "skin_reference": " ".join(f"{c:.6f}" for c in request.reference) if request.reference is not None else "",
+        "bands": str(baked.bands),
         "formula": "R + T2 c / (1 - R_up c), c the colour of the bare skin",
     }
-    pictures = {"R": baked.R, "T2": baked.T2, "R_up": baked.R_up}
-    if plan.finish.on:
-        pictures["finish"] = _finish(obj, plan, request)
+    pictures = {"R": baked.R[..., :3], "T2": baked.T2[..., :3], "R_up": baked.R_up[..., :3]}
+    if baked.finish is not None:
+        pictures["finish"] = baked.finish[..., :3]
     if baked.albedo is not None:
         pictures["albedo"] = baked.albedo
     name = bpy.path.clean_name(obj.name)

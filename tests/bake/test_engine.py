@@ -6,35 +6,25 @@ import hashlib
 import os
 import subprocess
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from km_makeup.bake import Request, bake, engine
+from km_makeup.bake import Request, Shine, bake, engine, finished, texels, tiles
 from km_makeup.errors import MakeupError
 from km_makeup.makeup import Coat, coat
+from km_makeup.makeup.finish import Gloss, covered, finish_texture
 from km_makeup.optics import air_interface
 from km_makeup.products import Library
-from km_makeup.spectra import bands, to_rgb, upsample_skin
+from km_makeup.spectra import bands, delta_e, to_rgb, upsample_skin
 from tests.makeup import truth
 
 AIR = air_interface(1.45)
 SIZE = (24, 32)
 REFERENCE = np.array([0.45, 0.27, 0.19])
-
-
-@dataclass(frozen=True)
-class Counting(Coat):
-    """A coat that remembers how many values it was evaluated at."""
-
-    count: list | None = None
-
-    def at(self, value):
-        self.count.append(np.size(value))
-        return super().at(value)
 
 
 @cache
@@ -57,8 +47,9 @@ def painted_maps(seed: int = 1) -> list[np.ndarray]:
 
 
 def request(**changes) -> Request:
+    """Three layers, computed without short cuts unless a test asks for one."""
     coats = [coat(library().find(id_), um) for id_, um in products()]
-    made = Request(coats, painted_maps(), AIR, bands(), strengths=(1.0, 0.8, 1.0))
+    made = Request(coats, painted_maps(), AIR, bands(), strengths=(1.0, 0.8, 1.0), tolerance=0)
     return replace(made, **changes)
 
 
@@ -80,13 +71,20 @@ def painted_values(y: int, x: int) -> np.ndarray:
     return np.array([first[y, x] / 255, second[y, x] * 0.8, third[y, x] / 255])
 
 
+def same_texels(baked, where: np.ndarray) -> bool:
+    """Whether the textures are those of no product there, alpha included."""
+    bare = {"R": (0, 0, 0, 1), "T2": (1, 1, 1, 1), "R_up": (0, 0, 0, 1)}
+    return all((getattr(baked, name)[where] == value).all() for name, value in bare.items())
+
+
 def covered_mask() -> np.ndarray:
     return np.any([m > 0 for m in painted_maps()], axis=0)
 
 
 def formula(baked, c: np.ndarray) -> np.ndarray:
     """What the textures' metadata promise."""
-    return baked.R + baked.T2 * c / (1 - baked.R_up * c)
+    R, T2, R_up = (texture[..., :3].astype(np.float64) for texture in (baked.R, baked.T2, baked.R_up))
+    return R + T2 * c / (1 - R_up * c)
 
 
 def some_texels() -> list[tuple[int, int]]:
@@ -116,18 +114,104 @@ def test_the_finished_albedo_is_exact_for_every_texel_of_the_skin_texture():
 def test_texels_without_product_are_exactly_bare():
     baked, bare = bake(request()), ~covered_mask()
     assert bare.any()
-    assert (baked.R[bare] == 0).all() and (baked.T2[bare] == 1).all() and (baked.R_up[bare] == 0).all()
+    assert same_texels(baked, bare)
 
 
-def test_only_covered_texels_are_computed_and_equal_ones_once():
-    counts: list[int] = []
-    coats = [Counting(c.K, c.S, c.thickness_mm, c.powder, c.name, counts) for c in request().coats]
-    maps = [np.zeros((200, 200), np.uint8) for _ in coats]
+def byte_maps() -> list[np.ndarray]:
+    """The painted maps as bytes, all of them: few combinations, each computed once."""
+    first, second, third = painted_maps()
+    return [first, np.rint(second * 8).astype(np.uint8) * 30, third]
+
+
+def float_maps() -> list[np.ndarray]:
+    """Three float maps that meet in many places."""
+    random = np.random.default_rng(7)
+    return [(random.random(SIZE) ** 2 * (random.random(SIZE) < 0.6)).astype(np.float32) for _ in range(3)]
+
+
+METHODS = {
+    "each combination once": lambda: request(maps=byte_maps(), reference=REFERENCE),
+    "each combination once, half floats": lambda: request(maps=byte_maps(), reference=REFERENCE, half=True),
+    "texel by texel at fewer bands": lambda: request(maps=float_maps(), reference=REFERENCE, tolerance=0.1),
+    "texel by texel, exact": lambda: request(maps=float_maps(), reference=REFERENCE),
+}
+
+
+def test_equal_texels_are_computed_once(monkeypatch):
+    computed: list[int] = []
+    original = texels.optics
+
+    def counting(tables, levels, interface):
+        computed.append(len(levels[0]))
+        return original(tables, levels, interface)
+
+    monkeypatch.setattr(texels, "optics", counting)
+    maps = [np.zeros((200, 200), np.uint8) for _ in products()]
     for i, values in enumerate(maps):
         values[50:60, 50:100] = 40 + np.arange(50) % 5 * (i + 1)
-    baked = bake(request(coats=coats, maps=maps, strengths=()))
+    baked = bake(request(maps=maps, strengths=()))
     assert (baked.covered, baked.distinct) == (500, 5)
-    assert counts == [5, 5, 5]
+    assert computed == [6]  # and the one without product
+
+
+def test_combinations_computed_once_equal_the_printed_equations():
+    maps = byte_maps()
+    baked = bake(request(maps=maps, reference=REFERENCE))
+    skin = upsample_skin(REFERENCE)
+    for y, x in some_texels():
+        values = np.array([maps[0][y, x] / 255, maps[1][y, x] / 255 * 0.8, maps[2][y, x] / 255])
+        np.testing.assert_allclose(formula(baked, REFERENCE)[y, x], to_rgb(true_spectra(values, skin)), atol=3e-6)
+
+
+@pytest.mark.parametrize("tolerance", [0.02, 0.1, 0.5])
+def test_a_short_cut_costs_no_more_than_the_tolerance(tolerance):
+    maps = float_maps()
+    exact = bake(request(maps=maps, reference=REFERENCE))
+    short = bake(request(maps=maps, reference=REFERENCE, tolerance=tolerance))
+    error = delta_e(formula(short, REFERENCE), formula(exact, REFERENCE))
+    assert short.bands < exact.bands == 81 and exact.error == 0
+    assert error.max() <= tolerance
+    assert short.error <= tolerance
+    assert short.error <= 8 * error.max() and error.max() <= 2 * short.error  # the sample says what it is
+
+
+def test_many_combinations_of_bytes_are_computed_at_fewer_bands_within_the_tolerance(monkeypatch):
+    monkeypatch.setattr(engine, "MOST", 100)
+    random = np.random.default_rng(3)
+    maps = [(random.random((64, 64)) * 255).astype(np.uint8) for _ in range(3)]
+    exact = bake(request(maps=maps, reference=REFERENCE))
+    assert exact.bands == 81
+    short = bake(request(maps=maps, reference=REFERENCE, tolerance=0.1))
+    assert short.bands < 81
+    assert delta_e(formula(short, REFERENCE), formula(exact, REFERENCE)).max() <= 0.1
+
+
+def test_half_floats_are_the_rounded_ones():
+    whole, half = (bake(request(maps=byte_maps(), reference=REFERENCE, half=h)) for h in (False, True))
+    for name in ("R", "T2", "R_up"):
+        assert getattr(half, name).dtype == np.float16
+        assert np.array_equal(getattr(half, name), getattr(whole, name).astype(np.float16))
+
+
+@pytest.mark.parametrize("maps", [byte_maps, float_maps])
+def test_the_finish_is_that_of_the_painted_values(maps):
+    shines = [Shine(0.5, 0.03), Shine(0.3, 0.05), Shine(0.2, 0.04)]
+    baked = bake(request(maps=maps(), shines=shines, tolerance=0.05))
+    coats = request().coats
+    values = [
+        np.float32(m.reshape(-1) / (255 if m.dtype == np.uint8 else 1) * s) for m, s in zip(maps(), (1.0, 0.8, 1.0))
+    ]
+    glosses = [Gloss(s.roughness, s.f0, covered(v, c.thickness_mm, c.powder)) for s, v, c in zip(shines, values, coats)]
+    right = finish_texture(glosses).reshape(*SIZE, 3)
+    # A level of a float map is off by half a step, of which there are a thousand.
+    np.testing.assert_allclose(baked.finish[..., :3], right, atol=2e-6 if maps is byte_maps else 4e-3)
+
+
+def test_the_finished_albedo_at_fewer_bands_keeps_the_tolerance():
+    texture = np.random.default_rng(4).uniform([0.3, 0.15, 0.08], [0.7, 0.45, 0.35], (*SIZE, 3)).astype(np.float32)
+    exact, short = (bake(request(maps=float_maps(), skin=texture, tolerance=t)).albedo for t in (0, 0.1))
+    assert not np.array_equal(exact, short)
+    assert delta_e(exact, short).max() <= 0.1
 
 
 def test_the_colour_outside_the_working_space_is_counted():
@@ -139,23 +223,35 @@ def test_the_colour_outside_the_working_space_is_counted():
     assert baked.out_of_gamut == 2 * SIZE[1]
 
 
-@pytest.mark.parametrize("chunk", [1, 7, 64])
-def test_the_result_does_not_depend_on_how_the_texels_are_grouped(monkeypatch, chunk):
+def everything(baked) -> bytes:
+    """All that was baked, as bytes."""
+    return b"".join(
+        one.tobytes() for one in (baked.R, baked.T2, baked.R_up, baked.albedo, baked.finish) if one is not None
+    )
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("tile", "block", "threads"), [(1, 81, 1), (200, 1000, 2), (1 << 20, 1 << 20, 5)])
+def test_the_result_does_not_depend_on_tiles_blocks_or_threads(monkeypatch, method, tile, block, threads):
     texture = np.random.default_rng(4).uniform(0.1, 0.6, (*SIZE, 3)).astype(np.float32)
-    whole = bake(request(reference=REFERENCE, skin=texture))
-    monkeypatch.setattr(engine, "CHUNK", chunk)
+    asked = replace(METHODS[method](), skin=texture, shines=[Shine(0.3, 0.04)] * 3)
+    whole = bake(asked)
+    monkeypatch.setattr(tiles, "TILE_TEXELS", tile)
+    monkeypatch.setattr(tiles, "cores", lambda: threads)
+    monkeypatch.setattr(texels, "BLOCK", block)
+    monkeypatch.setattr(finished, "BLOCK", block // 81)
     steps = []
-    parts = bake(request(reference=REFERENCE, skin=texture), lambda done, total: steps.append((done, total)))
-    for name in ("R", "T2", "R_up", "albedo"):
-        assert getattr(whole, name).tobytes() == getattr(parts, name).tobytes(), name
+    parts = bake(asked, lambda done, total: steps.append((done, total)))
+    assert everything(whole) == everything(parts)
     assert steps[-1][0] == steps[-1][1] == len(steps)
+    assert all(done <= total for done, total in steps)
 
 
 DIGEST = """
 import hashlib, numpy as np
 from tests.bake import test_engine as t
-baked = t.bake(t.request(reference=t.REFERENCE))
-print(hashlib.sha256(baked.R.tobytes() + baked.T2.tobytes() + baked.R_up.tobytes()).hexdigest())
+for method in t.METHODS.values():
+    print(hashlib.sha256(t.everything(t.bake(method()))).hexdigest())
 """
 
 
@@ -168,15 +264,14 @@ def test_the_result_does_not_depend_on_the_number_of_cores():
             env=environment, cwd=Path(__file__).parents[2], capture_output=True, text=True, check=True,
         )  # fmt: skip
         found.add(ran.stdout.strip())
-    baked = bake(request(reference=REFERENCE))
-    found.add(hashlib.sha256(baked.R.tobytes() + baked.T2.tobytes() + baked.R_up.tobytes()).hexdigest())
+    found.add("\n".join(hashlib.sha256(everything(bake(method()))).hexdigest() for method in METHODS.values()))
     assert len(found) == 1
 
 
 def test_nothing_painted_gives_bare_textures():
     baked = bake(request(maps=[np.zeros(SIZE, np.uint8)] * 3, reference=REFERENCE))
     assert baked.covered == baked.distinct == 0
-    assert (baked.R == 0).all() and (baked.T2 == 1).all() and (baked.R_up == 0).all()
+    assert same_texels(baked, np.ones(SIZE, bool))
 
 
 def test_the_reference_skin_may_be_black():

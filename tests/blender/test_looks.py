@@ -134,7 +134,7 @@ def test_the_baked_files_hold_what_the_engine_computes_and_say_what_made_them(ba
     assert set(report.files) == {"R", "T2", "R_up", "finish"}
     for name in ("R", "T2", "R_up"):
         pixels, _ = read_image(report.files[name])
-        np.testing.assert_allclose(pixels[::-1], getattr(direct, name), atol=1e-6)
+        np.testing.assert_allclose(pixels[::-1], getattr(direct, name)[..., :3], atol=1e-6)
     source = OpenImageIO.ImageInput.open(str(report.files["R"]))
     layers = source.spec().getattribute("km_makeup/layers")
     source.close()
