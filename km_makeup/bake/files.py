@@ -15,7 +15,6 @@ from ..errors import MakeupError
 from ..files import replacing
 from ..makeup.maps import CHANNELS, check_map
 
-
 ROWS = 64
 """Rows written at a time: a few of the blocks of 16 that the compression works on."""
 
