@@ -7,13 +7,13 @@ a table may have entries, the lower layers' combinations are found first, and th
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .levels import Painted
+from .levels import Painted, Tile, read_tiles
 from .tiles import in_order
 
 SPAN = 1 << 24
@@ -28,14 +28,15 @@ class Digits:
     numbers: Sequence[NDArray[np.intp]]
     """For every group but the last the number of each of its keys."""
 
-    def keys(self, rows: tuple[int, int]) -> NDArray[np.intp]:
+    def keys(self, tile: Tile) -> NDArray[np.intp]:
         """The last group's keys of a tile's texels."""
         key: NDArray[np.intp] | None = None
+        sources = iter(tile.sources)
         for index, group in enumerate(self.groups):
             if index:
                 assert key is not None
                 key = self.numbers[index - 1].take(key)
-            key = _append(key, group, rows)
+            key = _append(key, group, sources)
         assert key is not None
         return key
 
@@ -52,15 +53,15 @@ class Combinations:
     levels: NDArray[np.intp]
     covered: int
 
-    def of(self, rows: tuple[int, int]) -> NDArray[np.intp]:
+    def of(self, tile: Tile) -> NDArray[np.intp]:
         """Which combination each of a tile's texels is."""
-        return self.number.take(self.digits.keys(rows))
+        return self.number.take(self.digits.keys(tile))
 
 
-def _append(key: NDArray[np.intp] | None, group: Sequence[Painted], rows: tuple[int, int]) -> NDArray[np.intp]:
-    """The key with a group's levels as further digits: the first layer of all is the lowest digit that grows slowest."""
+def _append(key: NDArray[np.intp] | None, group: Sequence[Painted], sources: Iterator[NDArray]) -> NDArray[np.intp]:
+    """The key with a group's levels as further digits, the last layer's the lowest."""
     for layer in group:
-        level = layer.level(layer.stored(*rows))
+        level = layer.level(layer.stored(next(sources)))
         if key is None:
             key = level.astype(np.intp, copy=False)
         else:
@@ -71,7 +72,7 @@ def _append(key: NDArray[np.intp] | None, group: Sequence[Painted], rows: tuple[
 
 
 def combinations(
-    layers: Sequence[Painted], tiles: Sequence[tuple[int, int]], most: int
+    layers: Sequence[Painted], runs: Sequence[tuple[int, int]], most: int
 ) -> Generator[int, None, Combinations | None]:
     """Find the combinations; yields 1 a tile looked at. None where there are more than ``most``, or keys than may be marked."""
     digits, size = Digits([], []), 1
@@ -86,7 +87,7 @@ def combinations(
         if not group:
             return None
         digits = Digits([*digits.groups, group], digits.numbers)
-        marks, covered = yield from _marked(digits, tiles, span)
+        marks, covered = yield from _marked(digits, layers, runs, span)
         keys = np.flatnonzero(marks)
         if len(keys) > most:
             return None
@@ -100,18 +101,18 @@ def combinations(
 
 
 def _marked(
-    digits: Digits, tiles: Sequence[tuple[int, int]], span: int
+    digits: Digits, layers: Sequence[Painted], runs: Sequence[tuple[int, int]], span: int
 ) -> Generator[int, None, tuple[NDArray[np.bool_], int]]:
     marks = np.zeros(span, bool)
     marks[0] = True
 
-    def mark(rows: tuple[int, int]) -> int:
-        keys = digits.keys(rows)
+    def mark(tile: Tile) -> int:
+        keys = digits.keys(tile)
         marks[keys] = True
         return int(np.count_nonzero(keys))
 
     covered = 0
-    for count in in_order(mark, tiles):
+    for count in in_order(mark, read_tiles(layers, runs)):
         covered += count
         yield 1
     return marks, covered

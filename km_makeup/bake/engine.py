@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,10 +27,10 @@ from ..spectra import Bands, upsample_skin
 from ..spectra.lights import Light
 from .colours import Reference, Shine
 from .combinations import Combinations, combinations
-from .fewer import Ground, Method, fitted, full
+from .fewer import Ground, fitted, full
 from .finished import finished_tile, method_over_skins
-from .levels import Painted, Rows, painted
-from .texels import WORD, Part, Single, Work, by_combination, by_texel, combination_blocks, single
+from .levels import Painted, Rows, Tile, painted, read_tiles
+from .texels import TEXTURES, WORD, Part, Single, Work, by_combination, by_texel, combination_blocks, single
 from .tiles import in_order, row_tiles
 
 FLOAT_LEVELS = (1024, 4096, 16384)
@@ -67,10 +68,20 @@ class Request:
     tolerance: float = TOLERANCE
     half: bool = False
 
+    @property
+    def dtype(self) -> np.dtype:
+        """The type of the textures."""
+        return np.dtype(np.float16 if self.half else np.float32)
+
+    @property
+    def textures(self) -> tuple[str, ...]:
+        """The names of the textures."""
+        return (*TEXTURES, "finish") if self.shines else TEXTURES
+
 
 @dataclass(frozen=True)
-class Baked:
-    """Textures (height, width, 4), alpha 1: ``R``, ``T2``, ``R_up`` and, on request, ``finish`` and ``albedo`` (3 channels).
+class Count:
+    """What a bake did.
 
     ``covered`` counts the painted texels, ``distinct`` the different combinations among them (0 where texels were computed one
     by one); ``bands`` how many bands the many were computed at, ``error`` the largest CIEDE2000 of that on a sample;
@@ -78,16 +89,55 @@ class Baked:
     working space. Such textures keep their signed values; the nodes clamp what reaches a shader.
     """
 
-    R: NDArray
-    T2: NDArray
-    R_up: NDArray
-    albedo: NDArray | None
-    finish: NDArray | None
     covered: int
     distinct: int
     out_of_gamut: int
     bands: int
     error: float
+
+
+@dataclass(frozen=True)
+class Baked(Count):
+    """Textures (height, width, 4), alpha 1: ``R``, ``T2``, ``R_up`` and, on request, ``finish`` and ``albedo`` (3 channels)."""
+
+    R: NDArray
+    T2: NDArray
+    R_up: NDArray
+    albedo: NDArray | None
+    finish: NDArray | None
+
+
+class Canvas(Protocol):
+    """Where textures go: tiles of words (four channels of a texel as one number), one array a texture."""
+
+    dtype: np.dtype
+
+    def tile(self, start: int, stop: int) -> list[NDArray]:
+        """Words to be filled for rows start to stop; called in threads."""
+
+    def done(self, start: int, stop: int, words: Sequence[NDArray]) -> None:
+        """They are filled; called once a tile, in the order of the rows."""
+
+
+class MemoryCanvas:
+    """Whole textures in memory."""
+
+    def __init__(self, request: Request, height: int, width: int) -> None:
+        self.dtype = request.dtype
+        self.shape = (height, width, 4)
+        self.words = [np.empty(height * width, WORD[self.dtype]) for _ in request.textures]
+
+    def tile(self, start: int, stop: int) -> list[NDArray]:
+        """Views of the textures."""
+        width = self.shape[1]
+        return [words[start * width : stop * width] for words in self.words]
+
+    def done(self, start: int, stop: int, words: Sequence[NDArray]) -> None:
+        """Nothing is left to do."""
+
+    def planes(self) -> list[NDArray]:
+        """The textures (height, width, 4)."""
+        return [words.view(self.dtype).reshape(self.shape) for words in self.words]
 
 
 def bake(request: Request, progress: Progress | None = None) -> Baked:
@@ -107,32 +157,59 @@ def baking(request: Request) -> Generator[tuple[int, int], None, Baked]:
 
     The total may shrink when the method is known. Raises MakeupError where maps are unusable or differ in size.
     """
-    layers = _layers(request, FLOAT_LEVELS[0])
-    height, width = check_same_size([(layer.name, layer.source) for layer in layers])  # type: ignore[misc]
+    height, width = _size(request)
     if request.skin is not None and request.skin.shape[:2] != (height, width):
         raise MakeupError(
             f"The skin texture is {request.skin.shape[1]}x{request.skin.shape[0]}, the maps {width}x{height}; "
             "give both the same size."
         )
-    tiles = row_tiles(height, width)
-    ground = Ground(request.coats, request.interface, request.bands, _reference(request))
-    canvas = _Canvas(request, height * width)
-    total, done = 2 * len(tiles) + (len(tiles) if request.skin is not None else 0), 0
+    canvas = MemoryCanvas(request, height, width)
+    extra = len(row_tiles(height, width)) if request.skin is not None else 0
+    done, total = 0, 0
+    filling = fill(request, canvas)
+    while True:
+        try:
+            done, total = next(filling)
+        except StopIteration as end:
+            count: Count = end.value
+            break
+        yield done, total + extra
+    albedo = None
+    if request.skin is not None:
+        layers, ground = _layers(request, FLOAT_LEVELS[-1]), _ground(request)
+        albedo = np.array(request.skin, np.float32)
+        method = method_over_skins(ground, layers, request.skin, request.light, request.tolerance)
+        flat = albedo.reshape(-1, 3)
+        tiles = read_tiles(layers, row_tiles(height, width))
+        for _ in in_order(lambda tile: finished_tile(ground, layers, method, flat, request.light, tile), tiles):
+            done += 1
+            yield done, total + extra
+    planes = dict(zip(request.textures, canvas.planes()))
+    return Baked(
+        **vars(count), R=planes["R"], T2=planes["T2"], R_up=planes["R_up"], albedo=albedo, finish=planes.get("finish")
+    )
+
+
+def fill(request: Request, canvas: Canvas) -> Generator[tuple[int, int], None, Count]:
+    """Compute the textures into a canvas, tile by tile; yields (done, total) and returns what was done."""
+    layers, ground = _layers(request, FLOAT_LEVELS[0]), _ground(request)
+    height, width = _size(request)
+    runs = row_tiles(height, width)
+    total, done = 2 * len(runs), 0
     found: Combinations | None = None
     if all(layer.is_byte for layer in layers):
-        looking = combinations(layers, tiles, max(MOST, height * width // 8))
+        looking = combinations(layers, runs, max(MOST, height * width // 8))
         while True:
             try:
                 done += next(looking)
             except StopIteration as end:
                 found = end.value
                 break
-            total = max(total, done + len(tiles))
+            total = max(total, done + len(runs))
             yield done, total
-    work = _work(request, ground, layers, found, canvas)
-    steps = _combined(work, found, tiles, canvas) if found else _one_by_one(work, tiles, canvas)
-    left = (len(combination_blocks(found, work.method.bands)) if found else 0) + len(tiles)
-    total = done + left + (len(tiles) if request.skin is not None else 0)
+    work = _work(request, ground, layers, found)
+    steps = _combined(work, found, runs, canvas) if found else _one_by_one(work, runs, canvas)
+    total = done + len(runs) + (len(combination_blocks(found, work.method.bands)) if found else 0)
     counts = np.zeros(2, int)
     while True:
         try:
@@ -141,22 +218,7 @@ def baking(request: Request) -> Generator[tuple[int, int], None, Baked]:
             break
         done += 1
         yield done, total
-    albedo = None
-    if request.skin is not None:
-        albedo = np.array(request.skin, np.float32)
-        method = method_over_skins(ground, layers, request.skin, request.light, request.tolerance)
-        flat = albedo.reshape(-1, 3)
-        for _ in in_order(lambda rows: finished_tile(ground, layers, method, flat, request.light, rows), tiles):
-            done += 1
-            yield done, total
-    shape = (height, width, 4)
-    planes = {name: words.view(canvas.dtype).reshape(shape) for name, words in zip(work.names, canvas.words)}
-    return Baked(
-        planes["R"],
-        planes["T2"],
-        planes["R_up"],
-        albedo,
-        planes.get("finish"),
+    return Count(
         covered=found.covered if found else int(counts[0]),
         distinct=found.levels.shape[1] - 1 if found else 0,
         out_of_gamut=int(counts[1]),
@@ -165,18 +227,13 @@ def baking(request: Request) -> Generator[tuple[int, int], None, Baked]:
     )
 
 
-class _Canvas:
-    """The textures being made, a word a texel."""
+def _size(request: Request) -> tuple[int, int]:
+    layers = _layers(request, FLOAT_LEVELS[0])
+    return check_same_size([(layer.name, layer.source) for layer in layers])
 
-    def __init__(self, request: Request, texels: int) -> None:
-        self.dtype = np.dtype(np.float16 if request.half else np.float32)
-        names = 4 if request.shines else 3
-        self.words = [np.empty(texels, WORD[self.dtype]) for _ in range(names)]
 
-    def tile(self, layers: Sequence[Painted], rows: tuple[int, int]) -> list[NDArray]:
-        """The words of a tile's texels."""
-        width = layers[0].source.shape[1]
-        return [words[rows[0] * width : rows[1] * width] for words in self.words]
+def _ground(request: Request) -> Ground:
+    return Ground(request.coats, request.interface, request.bands, _reference(request))
 
 
 def _layers(request: Request, float_levels: int) -> list[Painted]:
@@ -196,29 +253,26 @@ def _reference(request: Request) -> Reference | None:
     return Reference(rgb, upsample_skin(rgb, light=request.light, space=request.bands.space))
 
 
-def _work(
-    request: Request, ground: Ground, layers: Sequence[Painted], found: Combinations | None, canvas: _Canvas
-) -> Work:
+def _work(request: Request, ground: Ground, layers: Sequence[Painted], found: Combinations | None) -> Work:
     """The cheapest method that keeps the tolerance."""
-    if found is not None and (found.levels.shape[1] <= MOST or request.tolerance == 0):
-        return Work(layers, ground, full(ground, layers), request.shines, canvas.dtype)
-    if request.tolerance > 0:
-        for count in FLOAT_LEVELS:
+    few = found is not None and found.levels.shape[1] <= MOST
+    if request.tolerance > 0 and not few:
+        for count in FLOAT_LEVELS if found is None else FLOAT_LEVELS[:1]:
             rounded = _layers(request, count)
             method = fitted(ground, rounded, request.tolerance)
             if method is not None:
-                return Work(rounded, ground, method, request.shines, canvas.dtype)
-            if found is not None:
-                return Work(layers, ground, full(ground, layers), request.shines, canvas.dtype)
-    return Work(layers, ground, full(ground, layers, np.float64), request.shines, canvas.dtype, exact=True)
+                return Work(rounded, ground, method, request.shines, request.dtype)
+    if found is not None:
+        return Work(layers, ground, full(ground, layers), request.shines, request.dtype)
+    return Work(layers, ground, full(ground, layers, np.float64), request.shines, request.dtype, exact=True)
 
 
 def _combined(
-    work: Work, found: Combinations, tiles: Sequence[tuple[int, int]], canvas: _Canvas
+    work: Work, found: Combinations, runs: Sequence[tuple[int, int]], canvas: Canvas
 ) -> Generator[tuple[int, int], None, None]:
     """Each combination once, then the texels; yields (painted, outside the working space) a step."""
-    blocks = combination_blocks(found, work.method.bands)
     parts: list[Part] = []
+    blocks = combination_blocks(found, work.method.bands)
     for part in in_order(lambda block: by_combination(work, found, block), blocks):
         parts.append(part)
         yield 0, 0
@@ -226,22 +280,28 @@ def _combined(
     outside = np.concatenate([part.outside for part in parts])
     count_outside = bool(outside.any())
 
-    def take(rows: tuple[int, int]) -> int:
-        code = found.of(rows)
-        for table, target in zip(tables, canvas.tile(work.layers, rows)):
+    def take(tile: Tile) -> tuple[Tile, list[NDArray], int]:
+        code, words = found.of(tile), canvas.tile(tile.start, tile.stop)
+        for table, target in zip(tables, words):
             table.take(code, out=target, mode="clip")  # "raise" would copy
-        return int(np.count_nonzero(outside.take(code))) if count_outside else 0
+        return tile, words, int(np.count_nonzero(outside.take(code))) if count_outside else 0
 
-    for count in in_order(take, tiles):
+    for tile, words, count in in_order(take, read_tiles(work.layers, runs)):
+        canvas.done(tile.start, tile.stop, words)
         yield 0, count
 
 
-def _one_by_one(
-    work: Work, tiles: Sequence[tuple[int, int]], canvas: _Canvas
-) -> Generator[tuple[int, int], None, None]:
+def _one_by_one(work: Work, runs: Sequence[tuple[int, int]], canvas: Canvas) -> Generator[tuple[int, int], None, None]:
     """Texel by texel; yields (painted, outside the working space) a tile."""
     singles: list[Single] = []
     if not work.exact:
-        at_all_bands: Method = full(work.ground, work.layers)
+        at_all_bands = full(work.ground, work.layers)
         singles = [single(work, at_all_bands, i) for i in range(len(work.layers))]
-    yield from in_order(lambda rows: by_texel(work, singles, rows, canvas.tile(work.layers, rows)), tiles)
+
+    def compute(tile: Tile) -> tuple[Tile, list[NDArray], tuple[int, int]]:
+        words = canvas.tile(tile.start, tile.stop)
+        return tile, words, by_texel(work, singles, tile, words)
+
+    for tile, words, counts in in_order(compute, read_tiles(work.layers, runs)):
+        canvas.done(tile.start, tile.stop, words)
+        yield counts

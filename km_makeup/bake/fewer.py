@@ -113,7 +113,9 @@ def sample(layers: Sequence[Painted]) -> list[NDArray]:
     height, width = layers[0].source.shape
     rows = np.unique(np.linspace(0, height - 1, SAMPLE_ROWS).astype(int))
     columns = np.unique(np.linspace(0, width - 1, SAMPLE_COLUMNS).astype(int))
-    read = [np.stack([layer.stored(r, r + 1)[columns] for r in rows]).reshape(-1) for layer in layers]
+    read = [
+        np.stack([layer.stored(layer.source.rows(r, r + 1))[columns] for r in rows]).reshape(-1) for layer in layers
+    ]
     painted = np.flatnonzero(np.any([values > 0 for values in read], axis=0))
     painted = painted[:: max(1, -(-len(painted) // SAMPLE_TEXELS))]
     made = np.array(list(itertools.islice(itertools.product(SYNTHETIC, repeat=len(layers)), 4 ** len(layers))))

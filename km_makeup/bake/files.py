@@ -30,26 +30,29 @@ def _oiio() -> ModuleType:
     return OpenImageIO
 
 
-def read_image(path: Path) -> tuple[NDArray, list[str]]:
-    """An image as stored, (height, width, channels) uint8 or float32, top row first, and its channel names.
-
-    16-bit integers come as float32 0..1. Raises MakeupError where the file is missing or unreadable.
-    """
+def open_image(path: Path) -> tuple[Any, bool]:
+    """An image file opened by OpenImageIO, and whether it is stored in bytes; MakeupError where it is missing or unreadable."""
     oiio = _oiio()
-    path = Path(path)
     if not path.is_file():
         raise MakeupError(f"The image {path} does not exist; check the path.")
     source = oiio.ImageInput.open(str(path), _as_stored(oiio))
     if source is None:
         raise MakeupError(f"The image {path} cannot be read ({oiio.geterror().strip()}); save it again as PNG or EXR.")
+    return source, source.spec().format == oiio.TypeDesc("uint8")
+
+
+def read_image(path: Path) -> tuple[NDArray, list[str]]:
+    """An image as stored, (height, width, channels) uint8 or float32, top row first, and its channel names.
+
+    16-bit integers come as float32 0..1. Raises MakeupError where the file is missing or unreadable.
+    """
+    source, eight_bit = open_image(Path(path))
     try:
-        spec = source.spec()
-        eight_bit = spec.format == oiio.TypeDesc("uint8")
         pixels = source.read_image("uint8" if eight_bit else "float")
         if pixels is None:
             reason = " ".join(source.geterror().split())
             raise MakeupError(f"The image {path} is damaged ({reason}); save it again as PNG or EXR.")
-        names = list(spec.channelnames)
+        names = list(source.spec().channelnames)
     finally:
         source.close()
     return np.atleast_3d(np.asarray(pixels)), names
@@ -94,25 +97,53 @@ def write_exrs(pictures: Mapping[Path, NDArray], half: bool = True, metadata: Ma
 
 
 def _write_exr(file: Path, path: Path, pixels: NDArray, half: bool, metadata: Mapping[str, str]) -> None:
-    oiio = _oiio()
     height, width, channels = pixels.shape
-    spec = oiio.ImageSpec(width, height, channels, "half" if half else "float")
-    spec.attribute("compression", "zip")
-    spec.attribute("DateTime", "")
-    for key, value in metadata.items():
-        spec.attribute(f"km_makeup/{key}", value)
-    target = oiio.ImageOutput.create(str(file))
-    if target is None or not target.open(str(file), spec):
-        raise MakeupError(f"Cannot write {path} ({oiio.geterror().strip()}); check the folder and the free space.")
-    good = True
-    for top in range(0, height, ROWS):
-        rows = pixels[::-1][top : top + ROWS]
-        rows = np.ascontiguousarray(rows, dtype=np.float16 if half and rows.dtype == np.float16 else np.float32)
-        good = good and target.write_scanlines(top, top + len(rows), 0, rows)
-    message = target.geterror() if not good else ""
-    if not target.close() or not good:
-        raise MakeupError(f"Cannot write {path} ({message.strip() or target.geterror()}); is the disk full?")
-    _check_end(oiio, file, path)
+    with ExrWriter(file, path, (height, width, channels), half, metadata) as writer:
+        for top in range(0, height, ROWS):
+            writer.rows(pixels[::-1][top : top + ROWS])
+
+
+class ExrWriter:
+    """An OpenEXR written from the top, rows at a time; a context manager that checks at its end that all of it is there.
+
+    Parameters: ``file`` to write, ``path`` to name in messages, shape (height, width, channels), 16- or 32-bit floats.
+    Raises MakeupError where the file cannot be written or the disk is full.
+    """
+
+    def __init__(
+        self, file: Path, path: Path, shape: tuple[int, int, int], half: bool, metadata: Mapping[str, str]
+    ) -> None:
+        self._oiio, self._file, self._path, self._top = _oiio(), file, path, 0
+        height, width, channels = shape
+        spec = self._oiio.ImageSpec(width, height, channels, "half" if half else "float")
+        spec.attribute("compression", "zip")
+        spec.attribute("DateTime", "")
+        for key, value in metadata.items():
+            spec.attribute(f"km_makeup/{key}", value)
+        self._target = self._oiio.ImageOutput.create(str(file))
+        if self._target is None or not self._target.open(str(file), spec):
+            raise MakeupError(
+                f"Cannot write {path} ({self._oiio.geterror().strip()}); check the folder and the free space."
+            )
+
+    def rows(self, pixels: NDArray) -> None:
+        """The next rows (rows, width, channels), from the top."""
+        kept = np.float16 if pixels.dtype == np.float16 else np.float32
+        stop = self._top + len(pixels)
+        if not self._target.write_scanlines(self._top, stop, 0, np.ascontiguousarray(pixels, dtype=kept)):
+            raise MakeupError(f"Cannot write {self._path} ({self._target.geterror().strip()}); is the disk full?")
+        self._top = stop
+
+    def __enter__(self) -> ExrWriter:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        closed = self._target.close()
+        if kind is not None:
+            return
+        if not closed:
+            raise MakeupError(f"Cannot write {self._path} ({self._target.geterror().strip()}); is the disk full?")
+        _check_end(self._oiio, self._file, self._path)
 
 
 def _check_end(oiio: ModuleType, file: Path, path: Path) -> None:

@@ -13,7 +13,7 @@ from ..spectra import delta_e, upsample_skin
 from ..spectra.lights import Light
 from .colours import Table, film_table, optics, to_rgb
 from .fewer import MARGIN, Ground, candidates, sample, solve
-from .levels import Painted
+from .levels import Painted, Tile
 
 BLOCK = 1024
 SKINS = 96
@@ -62,12 +62,12 @@ def finished_tile(
     method: OverSkins,
     albedo: NDArray[np.float32],
     light: Light,
-    rows: tuple[int, int],
+    part: Tile,
 ) -> None:
     """Lay the stack over the painted texels of a tile of the skin texture (texels, 3), in place."""
     width = layers[0].source.shape[1]
-    tile = albedo[rows[0] * width : rows[1] * width]
-    stored = [layer.stored(*rows) for layer in layers]
+    tile = albedo[part.start * width : part.stop * width]
+    stored = [layer.stored(rows) for layer, rows in zip(layers, part.sources)]
     texels = np.flatnonzero(np.any([values > 0 for values in stored], axis=0))
     for start in range(0, len(texels), BLOCK):
         some = texels[start : start + BLOCK]

@@ -7,6 +7,7 @@ method of a bake is chosen (`fewer.py`).
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -75,9 +76,8 @@ class Painted:
         """Whether the map is stored in bytes."""
         return self.source.dtype == np.uint8
 
-    def stored(self, start: int, stop: int) -> NDArray:
-        """Rows start to stop as stored, flat, checked; MakeupError names the map."""
-        rows = self.source.rows(start, stop)
+    def stored(self, rows: NDArray) -> NDArray:
+        """Rows of the source, flat and checked; MakeupError names the map."""
         return rows.reshape(-1) if self.is_byte else check_map(rows, self.name).reshape(-1)
 
     def exact(self, stored: NDArray) -> NDArray[np.float64]:
@@ -103,3 +103,18 @@ def painted(source: NDArray | Rows, strength: float, name: str, float_levels: in
     if not 0 <= strength <= 1:
         raise MakeupError(f"Strengths lie between 0 and 1; that of {name} is {strength}.")
     return Painted(source, float(strength), name, BYTE_LEVELS if source.dtype == np.uint8 else float_levels)
+
+
+@dataclass(frozen=True)
+class Tile:
+    """A run of rows and what each layer's source holds there."""
+
+    start: int
+    stop: int
+    sources: Sequence[NDArray]
+
+
+def read_tiles(layers: Sequence[Painted], runs: Iterable[tuple[int, int]]) -> Iterator[Tile]:
+    """The tiles of the layers one after another, as sources that are files must be read."""
+    for start, stop in runs:
+        yield Tile(start, stop, [layer.source.rows(start, stop) for layer in layers])

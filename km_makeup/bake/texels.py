@@ -12,7 +12,7 @@ from ..makeup.coat import Coat, OnSkin, on_skin
 from .colours import BARE, Shine, finish, optics, textures
 from .combinations import Combinations
 from .fewer import Ground, Method
-from .levels import Painted
+from .levels import Painted, Tile
 
 BLOCK = 1 << 16
 """Numbers computed together, texels or combinations times bands: a quarter of a megabyte an array, which a core's cache holds."""
@@ -36,11 +36,6 @@ class Work:
     shines: Sequence[Shine]
     dtype: np.dtype
     exact: bool = False
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The textures made."""
-        return (*TEXTURES, "finish") if self.shines else TEXTURES
 
     def stack(self, levels: Sequence[NDArray], values: Sequence[NDArray]) -> OnSkin:
         """The stack at some texels, (bands, texels), from their levels or their exact values."""
@@ -79,7 +74,7 @@ def packed(rgb: NDArray, dtype: np.dtype) -> NDArray:
 def bare_words(work: Work) -> list[NDArray]:
     """One texel of every texture where nothing is painted."""
     colours = [(value,) * 3 for value in BARE] + [NO_FINISH]
-    return [packed(np.array(one, float)[:, None], work.dtype) for one in colours[: len(work.names)]]
+    return [packed(np.array(one, float)[:, None], work.dtype) for one in colours[: 4 if work.shines else 3]]
 
 
 @dataclass(frozen=True)
@@ -145,9 +140,9 @@ def _ground_rest(work: Work) -> tuple:
     return work.ground.interface, work.ground.bands, work.ground.reference
 
 
-def by_texel(work: Work, singles: Sequence[Single], rows: tuple[int, int], out: Sequence[NDArray]) -> tuple[int, int]:
+def by_texel(work: Work, singles: Sequence[Single], tile: Tile, out: Sequence[NDArray]) -> tuple[int, int]:
     """Fill a tile's words; how many texels are painted and how many of them leave the working space."""
-    stored = [layer.stored(*rows) for layer in work.layers]
+    stored = [layer.stored(rows) for layer, rows in zip(work.layers, tile.sources)]
     levels = [layer.level(values) for layer, values in zip(work.layers, stored)]
     pattern = _pattern(stored if work.exact else levels)
     for target, bare in zip(out, bare_words(work)):

@@ -8,6 +8,7 @@ Fig 9a), is taken apart and put together here.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +43,15 @@ def check_map(values: NDArray, where: str) -> NDArray:
     return np.clip(values, 0, 1).astype(np.float32, copy=False)
 
 
-def check_same_size(maps: Sequence[tuple[str, NDArray]]) -> tuple[int, int]:
+class Shaped(Protocol):
+    """An array, or whatever stands for one that is still in a file."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """(height, width)."""
+
+
+def check_same_size(maps: Sequence[tuple[str, Shaped]]) -> tuple[int, int]:
     """The (height, width) that all maps share; MakeupError naming the one that differs."""
     first_name, first = maps[0]
     for name, values in maps[1:]:

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from km_makeup.bake import combinations as module
-from km_makeup.bake.levels import painted
+from km_makeup.bake.levels import painted, read_tiles
 from km_makeup.bake.tiles import row_tiles
 from km_makeup.errors import MakeupError
 
@@ -50,7 +50,7 @@ def test_combinations_are_those_that_a_plain_look_finds(maps, span):
     assert set(map(tuple, found.levels.T)) == {*map(tuple, plain.T), (0,) * len(maps)}
     assert len(set(map(tuple, found.levels.T))) == found.levels.shape[1]
     assert not found.levels[:, 0].any()
-    code = np.concatenate([found.of(rows) for rows in row_tiles(*SHAPE, texels=9)])
+    code = np.concatenate([found.of(tile) for tile in read_tiles(layers, row_tiles(*SHAPE, texels=9))])
     assert np.array_equal(found.levels[:, code], plain)
 
 
