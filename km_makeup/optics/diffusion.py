@@ -16,13 +16,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import MakeupError
-from .films import Array, _doubles
+from .arrays import SLACK, Array, common_shape, doubles, refuse_outside, short
 
 # The search for Gaussians: radii from _NEAR times the narrowest to _FAR times the widest, widths tried at both ends
 # as multiples of the same, and how firmly the weights are held to add up to 1.
 _NEAR, _FAR, _RADII = 0.05, 8.0, 300
 _FIRST_WIDTHS, _LAST_WIDTHS = np.geomspace(0.05, 3, 20), np.geomspace(0.25, 2, 16)
 _FIRM = 1e4
+# Distances in mm between which a profile is a profile.
+_NEAREST, _FARTHEST = 1e-9, 1e9
+# Nothing of a profile is left there; its square does not overflow.
+_BEYOND = 1e100
 
 
 @dataclass(frozen=True)
@@ -33,7 +37,7 @@ class GaussianProfile:
     weights: Array
 
     def __post_init__(self) -> None:
-        variances, weights = _doubles(self.variances, self.weights)
+        variances, weights = doubles(self.variances, self.weights)
         object.__setattr__(self, "variances", variances)
         object.__setattr__(self, "weights", weights)
         if self.weights.ndim != 2 or self.variances.shape != self.weights.shape[:1]:
@@ -49,17 +53,19 @@ class GaussianProfile:
     def __call__(self, r: ArrayLike) -> Array:
         """Radiant exitance at distance r (mm, > 0), 1/mm^2; shape of r and a last axis of channels."""
         v = self.variances
-        r2 = _doubles(r)[0][..., None] ** 2
+        r2 = _radius(r)[..., None] ** 2
         return (np.exp(-r2 / (2 * v)) / (2 * np.pi * v)) @ self.weights
 
     def within(self, r: ArrayLike) -> Array:
         """Share of the light that leaves within distance r (mm); shape of r and a last axis of channels."""
-        r2 = _doubles(r)[0][..., None] ** 2
+        r2 = _radius(r)[..., None] ** 2
         return -np.expm1(-r2 / (2 * self.variances)) @ self.weights
 
     def spectrum(self, frequency: ArrayLike) -> Array:
         """Fourier transform at a spatial frequency in radians per mm; shape of frequency and a last axis of channels."""
-        f2 = _doubles(frequency)[0][..., None] ** 2
+        (f,) = doubles(frequency)
+        refuse_outside("The spatial frequency in radians per mm", f, -np.inf, np.inf)
+        f2 = np.clip(f, -_BEYOND, _BEYOND)[..., None] ** 2
         return np.exp(-0.5 * self.variances * f2) @ self.weights
 
     @property
@@ -89,13 +95,14 @@ def burley(r: ArrayLike, d: ArrayLike) -> Array:
 
     Source: Burley 2015 (Christensen and Burley 2015, Eq 2).
     """
-    r, d = _doubles(r, d)
+    r, d = _distances(r, d)
+    refuse_outside("The distance r", r, _NEAREST, np.inf)
     return (np.exp(-r / d) + np.exp(-r / (3 * d))) / (8 * np.pi * d * r)
 
 
 def burley_within(r: ArrayLike, d: ArrayLike) -> Array:
     """Share of the light that leaves within r, 1 - exp(-r/d)/4 - 3 exp(-r/(3 d))/4 (Burley 2015); r and d in mm."""
-    r, d = _doubles(r, d)
+    r, d = _distances(r, d)
     x = r / d
     return -0.25 * np.expm1(-x) - 0.75 * np.expm1(-x / 3)
 
@@ -105,8 +112,34 @@ def burley_distance(albedo: ArrayLike, mean_free_path: ArrayLike) -> Array:
 
     s = 1.85 - A + 7 |A - 0.8|^3, for light that enters along the normal (Christensen and Burley 2015, Eq 5).
     """
-    A, path = _doubles(albedo, mean_free_path)
+    A, path = doubles(albedo, mean_free_path)
+    common_shape(A, path)
+    refuse_outside("The albedo of a medium", A, 0, 1, SLACK)
+    refuse_outside("The mean free path in mm", path, _NEAREST, _FARTHEST)
     return path / (1.85 - A + 7 * np.abs(A - 0.8) ** 3)
+
+
+def _radius(r: ArrayLike) -> Array:
+    """Distances in mm, 0 or more; refuses what are none."""
+    (r,) = doubles(r)
+    refuse_outside("The distance r in mm", r, 0, np.inf)
+    return np.minimum(r, _BEYOND)
+
+
+def _distances(r: ArrayLike, d: ArrayLike) -> tuple[Array, Array]:
+    """Distances and scattering distances in mm; refuses what are none."""
+    r, d = doubles(r, d)
+    common_shape(r, d)
+    refuse_outside("The distance r in mm", r, 0, np.inf)
+    refuse_outside("The scattering distance d in mm", d, _NEAREST, _FARTHEST)
+    return r, d
+
+
+def _whole(what: str, count: int) -> int:
+    """A number of things, 1 or more; refuses what is no whole number."""
+    if not isinstance(count, int | np.integer) or count < 1:
+        raise MakeupError(f"{what} must be a whole number of 1 or more, not {short(count)}.")
+    return int(count)
 
 
 def fit_gaussians(distances: ArrayLike, count: int = 6) -> GaussianProfile:
@@ -132,18 +165,18 @@ def fit_gaussians(distances: ArrayLike, count: int = 6) -> GaussianProfile:
 
     Source: least squares on the share of light within r, over ln r, as in d'Eon and Luebke 2007 on r R(r).
     """
-    d = np.atleast_1d(*_doubles(distances))
-    if d.ndim != 1 or not np.all(np.isfinite(d) & (d > 0)) or count < 1:
+    d = np.atleast_1d(*doubles(distances))
+    if d.ndim != 1 or d.size == 0 or not np.all((d >= _NEAREST) & (d <= _FARTHEST)):
         raise MakeupError(
-            f"Scattering distances must be positive, in mm, and one Gaussian or more: not {distances!r}, {count}."
+            f"Scattering distances must be positive numbers of mm, one per channel, not {short(distances)}."
         )
+    count = _whole("The number of Gaussians", count)
     return _nearest(lambda r: burley_within(r[:, None], d), 0.3 * d.min(), 4.0 * d.max(), count)
 
 
 def reduced(profile: GaussianProfile, count: int) -> GaussianProfile:
     """The nearest sum of at most ``count`` Gaussians to a profile: fewer blur passes for a little error."""
-    if count < 1:
-        raise MakeupError(f"A profile needs one Gaussian or more, not {count}.")
+    count = _whole("The number of Gaussians", count)
     if count >= profile.variances.size:
         return profile
     width = np.sqrt(profile.variances)
@@ -174,11 +207,14 @@ def widened(profile: GaussianProfile, back_reflectance: ArrayLike, terms: int = 
         q outside 0..1 or no term.
     """
     channels = profile.weights.shape[1]
-    q = np.broadcast_to(_doubles(back_reflectance)[0], (channels,))
-    if not np.all((q >= 0) & (q < 1)) or terms < 1:
+    (q,) = doubles(back_reflectance)
+    if q.shape not in ((), (1,), (channels,)) or not np.all((q >= 0) & (q < 1)):
         raise MakeupError(
-            f"A film reflects 0 to 1 of the light from below, over 1 term or more: not {back_reflectance!r}, {terms}."
+            f"The light that a film sends back must be less than 1 and 0 or more, one number or one for each of the "
+            f"{channels} channels, not {short(back_reflectance)}."
         )
+    q = np.broadcast_to(q, (channels,))
+    terms = _whole("The number of terms", terms)
     variances, weights = [], []
     for passes in range(1, terms + 1):
         share = q ** (passes - 1) * (1 - q if passes < terms else 1)

@@ -1,14 +1,15 @@
 """Kubelka-Munk films and stacks of films, in forms that lose no digits.
 
 One film of absorption K and scattering S (1/mm) and thickness X (mm) is described by its reflectance R,
-its transmittance T and its absorptance A for diffuse light (Kubelka 1948, Eq 26-28). With k = K X,
-s = S X, z = sqrt(k) sqrt(k + 2 s) every result below is a quotient of sums of positive terms, so nothing
-cancels, K/S is never formed, and K = 0, S = 0 and X = 0 need no branch:
+its transmittance T and its absorptance A for diffuse light (Kubelka 1948, Eq 26-28). With k = K X/2,
+p = k + S X, u = sqrt(k p), which is half of the usual exponent z = sqrt(K X (K X + 2 S X)), and
+g = tanh(u)/u (1 at u = 0) they are
 
-    tau = tanh(z)/z          D = 1 + (k + s) tau
-    R = s tau / D      T = sech(z) / D      A = tau k (1 + (k + 2 s) tanh(z/2)/z) / D      1 - R = A + T
+    R = S X g / ((1 + k g)(1 + p g))      T = sech(u)^2 / ((1 + k g)(1 + p g))      A = 2 k g / (1 + k g)
 
-computed from q = sinh(z)/z and cosh(z), all multiplied by cosh(z), with tanh(z/2) = sinh(z)/(1 + cosh(z)).
+that is, the film lit from both sides alike, which sees k alone, and lit from both sides oppositely. Every result is
+a quotient of sums of positive terms, so nothing cancels, K/S is never formed, and K = 0, S = 0, X = 0 and
+thick films need no branch. sech(u)^2 = 4 e/(1 + e)^2 with e = exp(-2 u), which tanh(u) would not give where it is near 1.
 
 Films are laid on one another by Kubelka 1954, Eq 9-12, with the reflectance of the upper film *lit from
 below* in the denominator (Huang et al. 2013 print Eq 3 with T1 R1 T1, which creates energy).
@@ -16,18 +17,17 @@ below* in the denominator (Huang et al. 2013 print Eq 3 with T1 R1 T1, which cre
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MakeupError
+from .arrays import SLACK, Array, common_shape, floats, in_blocks, refuse_outside
 
-Array = NDArray[np.floating]
-
-# Values worked on at a time: their intermediate results stay in the processor's cache.
-_BLOCK = 65536
+# Half the exponent z of the thickest film that lets any light through: exp(-2 u) is 0 beyond it, in float64 too.
+_OPAQUE = 500.0
 
 
 class Film(NamedTuple):
@@ -73,12 +73,12 @@ def film(K: ArrayLike, S: ArrayLike, X: ArrayLike) -> Film:
     Raises
     ------
     MakeupError
-        K, S or X negative, not a number, or infinite (X may be infinite).
+        K, S or X negative, not a number, or infinite (X may be infinite), or of shapes that do not go together.
 
     Source: Kubelka 1948, Eq 26-28; Huang et al. 2013, Eq 1-2, in the stable form above.
     """
-    K, S, X = _floats(K, S, X)
-    return Film(*_in_blocks(_film, 3, K, S, X))
+    K, S, X = floats(K, S, X)
+    return Film(*in_blocks(_film, 3, 2, K, S, X))
 
 
 def film_over(K: ArrayLike, S: ArrayLike, X: ArrayLike, Rg: ArrayLike) -> Array:
@@ -100,12 +100,12 @@ def film_over(K: ArrayLike, S: ArrayLike, X: ArrayLike, Rg: ArrayLike) -> Array:
     Raises
     ------
     MakeupError
-        As `film`.
+        As `film`; a backing that reflects less than 0 or more than 1 (by more than 1e-5), or not a number.
 
     Source: Kubelka 1954, Eq 9; equal to Kubelka 1948, Eq 20.
     """
-    K, S, X, Rg = _floats(K, S, X, Rg)
-    return _in_blocks(_film_over, 1, K, S, X, Rg)[0]
+    K, S, X, Rg = floats(K, S, X, Rg)
+    return in_blocks(_film_over, 1, 4, K, S, X, Rg)[0]
 
 
 def opaque_reflectance(K: ArrayLike, S: ArrayLike) -> Array:
@@ -115,8 +115,9 @@ def opaque_reflectance(K: ArrayLike, S: ArrayLike) -> Array:
 
     Source: Kubelka 1948, Eq 8, without a = 1 + K/S.
     """
-    K, S = _floats(K, S)
-    _check(K, S, np.zeros((), K.dtype))
+    K, S = floats(K, S)
+    check_film(K, S, np.zeros((), K.dtype))
+    common_shape(K, S)
     total = K + S + np.sqrt(K) * np.sqrt(K + 2 * S)
     return S / np.where(total > 0, total, 1)
 
@@ -129,9 +130,7 @@ def over(R_top: ArrayLike, T2: ArrayLike, R_bottom: ArrayLike, Rg: ArrayLike) ->
 
     Source: Kubelka 1954, Eq 9.
     """
-    R_top, T2, R_bottom, Rg = _floats(R_top, T2, R_bottom, Rg)
-    d = (1 - R_bottom) + R_bottom * (1 - Rg)
-    return R_top + T2 * Rg / np.where(d > 0, d, 1)
+    return in_blocks(_over, 1, 1, *floats(R_top, T2, R_bottom, Rg))[0]
 
 
 def as_stack(one: Film | Stack) -> Stack:
@@ -149,20 +148,7 @@ def lay(upper: Film | Stack, lower: Film | Stack) -> Stack:
     Source: Kubelka 1954, Eq 9-12; where much light bounces the denominator is written as absorbed plus transmitted
     light, so that two white films do not cancel.
     """
-    fields = _floats(*as_stack(upper), *as_stack(lower))
-    U, L = Stack(*fields[:6]), Stack(*fields[6:])
-    bounce = U.R_bottom * L.R_top
-    d = np.where(bounce < 0.5, 1 - bounce, (U.A_bottom + U.T_up) + U.R_bottom * (L.A_top + L.T))
-    # d is 0 only between two perfect mirrors, and no light gets there.
-    down, up = U.T / np.where(d > 0, d, 1), L.T_up / np.where(d > 0, d, 1)
-    return Stack(
-        R_top=U.R_top + down * L.R_top * U.T_up,
-        R_bottom=L.R_bottom + up * U.R_bottom * L.T,
-        T=down * L.T,
-        A_top=U.A_top + down * (L.A_top + L.R_top * U.A_bottom),
-        A_bottom=L.A_bottom + up * (U.A_bottom + U.R_bottom * L.A_top),
-        T_up=up * U.T_up,
-    )
+    return Stack(*in_blocks(_lay, 6, 1, *floats(*as_stack(upper), *as_stack(lower))))
 
 
 def stack(films: Sequence[Film | Stack]) -> Stack:
@@ -179,134 +165,173 @@ def stack(films: Sequence[Film | Stack]) -> Stack:
     return whole
 
 
-def _floats(*values: ArrayLike) -> tuple[Array, ...]:
-    """The values as arrays of one floating dtype, ready to broadcast.
+def _film(K: Array, S: Array, X: Array, R: Array, T: Array, A: Array, b: Array, work: Array) -> None:
+    """R, T, A of films by the formulas of the module's head, in arrays given."""
+    far = _far(K, S, X)
+    if far is not None:
+        X = np.where(far, 0, X).astype(X.dtype)
+    k, s, p, u = work, R, b, T
+    g = _parts(K, S, X, k, s, p, u, A)
+    k *= g
+    s *= g
+    p *= g
+    u *= -2
+    e = np.exp(u, out=u)
+    a = np.add(k, 1, out=A)
+    b += 1
+    b *= a
+    R /= b
+    np.divide(k, a, out=A)
+    A += A
+    below = np.add(e, 1, out=work)
+    below *= below
+    below *= b
+    T /= below
+    T *= 4
+    if far is not None:
+        _put_opaque(K, S, far, R, T, A)
 
-    Arrays decide: float32 where all of them are float32 (or smaller), float64 otherwise; single numbers follow
-    them, and are float64 where there is no array.
+
+def _film_over(K: Array, S: Array, X: Array, Rg: Array, R: Array, k: Array, s: Array, p: Array, work: Array) -> None:
+    """Films over backings, R + T^2 Rg/((1 - R) + R (1 - Rg)), as one quotient, which two whites do not cancel.
+
+    (s g + q^2 Rg/(d + s g (1 - Rg)))/(d + s g) with q = sech(u)^2 and d = 1 + k g (2 + p g).
     """
-    arrays = [np.asarray(value) for value in values]
-    kinds = [a.dtype for a in arrays if a.ndim]
-    dtype = np.result_type(np.float32, *kinds) if kinds else np.dtype(np.float64)
-    return tuple(a.astype(dtype, copy=False) for a in arrays)
-
-
-def _doubles(*values: ArrayLike) -> tuple[Array, ...]:
-    """The values as float64 arrays, for what is not worth doing in float32."""
-    return tuple(np.asarray(value, dtype=np.float64) for value in values)
-
-
-def _in_blocks(kernel: Callable[..., tuple[Array, ...]], count: int, *inputs: Array) -> tuple[Array, ...]:
-    """The ``count`` results of a kernel on broadcast inputs, block by block where they are large."""
-    full = np.broadcast_arrays(*inputs)
-    if full[0].ndim == 0:
-        return tuple(result[0] for result in kernel(*(value.reshape(1) for value in full)))
-    if full[0].size <= _BLOCK:
-        return kernel(*full)
-    to_allocate: list[Any] = [None] * count
-    flags: list[Any] = [["readonly"]] * len(inputs) + [["writeonly", "allocate"]] * count
-    walk = np.nditer(
-        [*inputs, *to_allocate],
-        flags=["external_loop", "buffered"],
-        op_flags=flags,
-        op_dtypes=[inputs[0].dtype] * (len(inputs) + count),
-        buffersize=_BLOCK,
-    )
-    with walk:
-        for block in walk:
-            for out, result in zip(block[len(inputs) :], kernel(*block[: len(inputs)]), strict=True):
-                out[...] = result
-        return tuple(walk.operands[len(inputs) :])
-
-
-def _film(K: Array, S: Array, X: Array) -> tuple[Array, ...]:
-    """R, T, A of films; the formulas of the module's head times cosh z. In place, because memory is what it waits for."""
-    terms = _terms(K, S, X)
-    if terms is None:
-        return _film_far(K, S, X)
-    k, s, p, q, cosh = terms
-    T = k + s
-    T *= q
-    T += cosh
-    np.divide(1, T, out=T)
-    cosh += 1
-    A = np.divide(q, cosh, out=cosh)
-    A *= p
-    A += 1
-    A *= k
-    through = np.multiply(q, T, out=q)
-    A *= through
-    return np.multiply(s, through, out=s), T, A
-
-
-def _film_over(K: Array, S: Array, X: Array, Rg: Array) -> tuple[Array]:
-    """Films over backings: R + T^2 Rg/((1 - R) + R (1 - Rg)) as one quotient, which two whites do not cancel."""
-    terms = _terms(K, S, X)
-    if terms is None:
-        R, T, A = _film_far(K, S, X)
-        d = (A + T) + R * (1 - Rg)
-        return (R + T * (T * Rg / np.where(d > 0, d, 1)),)
-    k, s, p, q, cosh = terms
-    s *= q
-    k *= q
-    cosh += k
-    back = np.subtract(1, Rg, out=p)
+    refuse_outside("The reflectance of a backing", Rg, 0, 1, SLACK)
+    far = _far(K, S, X)
+    if far is not None:
+        X = np.where(far, 0, X).astype(X.dtype)
+    u = R
+    g = _parts(K, S, X, k, s, p, u, work)
+    k *= g
+    s *= g
+    p *= g
+    u *= -2
+    e = np.exp(u, out=u)
+    below = np.add(e, 1, out=work)
+    below *= below
+    e /= below
+    e *= e
+    e *= 16
+    e *= Rg
+    p += 2
+    p *= k
+    p += 1
+    back = np.subtract(1, Rg, out=work)
     back *= s
-    back += cosh
-    R = np.divide(Rg, back, out=back)
+    back += p
+    R /= back
     R += s
-    cosh += s
-    R /= cosh
-    return (R,)
+    p += s
+    R /= p
+    if far is not None:
+        _put_opaque(K, S, far, R)
 
 
-def _terms(K: Array, S: Array, X: Array) -> tuple[Array, ...] | None:
-    """k, s, k + 2 s, sinh(z)/z and cosh z of films, arrays of their own; None where one film is thick or infinite."""
-    _check(K, S, X)
-    if not X.max(initial=0) < np.inf:
+def _parts(K: Array, S: Array, X: Array, k: Array, s: Array, p: Array, u: Array, g: Array) -> Array:
+    """k, s, p, u and g of the module's head, in arrays given."""
+    half = np.multiply(X, 0.5, out=g)
+    np.multiply(K, half, out=k)
+    np.multiply(S, X, out=s)
+    np.add(s, k, out=p)
+    np.multiply(k, p, out=u)
+    # The smallest normal number stands for 0, so that the quotient by u holds there too.
+    u += np.finfo(u.dtype).tiny
+    np.sqrt(u, out=u)
+    np.tanh(u, out=g)
+    g /= u
+    return g
+
+
+def _far(K: Array, S: Array, X: Array) -> NDArray[np.bool_] | None:
+    """Which films let nothing through, because they are infinite or as good as infinite; None where that is no question.
+
+    Refuses what is no film.
+    """
+    largest = check_film(K, S, X)
+    limit = 1e150 if X.dtype == np.float64 else 1e18
+    # No product of the formulas can overflow below it, and exp(-2 u) takes care of the rest.
+    if (largest[0] + largest[1]) * largest[2] < limit:
         return None
-    k, s = K * X, S * X
-    p = np.add(s, s)
-    p += k
-    z = np.multiply(k, p)
-    # A little beyond the thick ones, so that those that `_film_far` leaves stay here whatever the last digit says.
-    if not z.max(initial=0) < (1.01 * _thick(z.dtype)) ** 2:
-        return None
-    # The smallest normal number stands for 0, so that the quotient by z holds there too.
-    np.sqrt(np.add(z, np.finfo(z.dtype).tiny, out=z), out=z)
-    q = np.sinh(z)
-    q /= z
-    return k, s, p, q, np.cosh(z, out=z)
-
-
-def _thick(dtype: np.dtype) -> float:
-    """z from which tanh(z/2) is 1 to the last digit, well before sinh z overflows."""
-    return 40.0 if dtype == np.float64 else 20.0
-
-
-def _film_far(K: Array, S: Array, X: Array) -> tuple[Array, ...]:
-    """R, T, A of films some of which are thick or infinite: of those T = 2 exp(-z) z/(k + s + z), tanh = 1."""
-    K, S, X = np.broadcast_arrays(K, S, X)
     root = np.sqrt(K) * np.sqrt(K + 2 * S)
-    # As good as infinite: beyond it k + 2 s overflows.
-    infinite = X > np.finfo(X.dtype).max / 8 / (1 + K + S)
-    z = root * np.where(infinite, 0, X)
-    far = (infinite & (K + S > 0)) | (z >= _thick(z.dtype))
-    total = np.where(far, K + S + root, 1)
-    T = 2 * np.exp(-z) * (root / total) * ~infinite
-    near = _film(K, S, np.where(far | infinite, 0, X).astype(X.dtype))
-    thick = S / total, T, (K + root) / total
-    return tuple(np.where(far, a, b) for a, b in zip(thick, near, strict=True))
+    infinite = X > np.finfo(X.dtype).max / 16 / (1 + K + S)
+    thick = root * np.where(infinite, 0, X) > 2 * _OPAQUE
+    return thick | (infinite & (K + S > 0)) | np.isinf(X)
 
 
-def _check(K: Array, S: Array, X: Array) -> None:
-    """Refuse what is no film: K, S or X negative or not a number, K or S infinite."""
+def _put_opaque(
+    K: Array, S: Array, far: NDArray[np.bool_], R: Array, T: Array | None = None, A: Array | None = None
+) -> None:
+    """Write R, T and A of the opaque films over those that no thickness could be given for."""
+    root = np.sqrt(K) * np.sqrt(K + 2 * S)
+    solid = far & (K + S > 0)
+    total = np.where(solid, K + S + root, 1)
+    np.copyto(R, S / total, where=solid)
+    if T is not None and A is not None:
+        np.copyto(T, 0, where=solid)
+        np.copyto(A, (K + root) / total, where=solid)
+
+
+def _over(R_top: Array, T2: Array, R_bottom: Array, Rg: Array, R: Array, d: Array) -> None:
+    """R_top + T2 Rg/d with d = (1 - R_bottom) + R_bottom (1 - Rg)."""
+    refuse_outside("The reflectance of a backing", Rg, 0, 1, SLACK)
+    np.subtract(1, Rg, out=d)
+    d *= R_bottom
+    d += np.subtract(1, R_bottom, out=R)
+    # d is 0 only between two perfect mirrors, and no light gets there.
+    d += d <= 0
+    np.multiply(T2, Rg, out=R)
+    R /= d
+    R += R_top
+
+
+def _lay(*fields: Array) -> None:
+    """The fields of `Stack` of an upper and of a lower stack, 6 of each, give those of the whole; and one array to work in."""
+    U, L, whole, d = Stack(*fields[:6]), Stack(*fields[6:12]), Stack(*fields[12:18]), fields[18]
+    bounce = np.multiply(U.R_bottom, L.R_top, out=d)
+    much = bounce >= 0.5
+    np.subtract(1, bounce, out=d)
+    if much.any():
+        np.copyto(d, (U.A_bottom + U.T_up) + U.R_bottom * (L.A_top + L.T), where=much)
+    # d is 0 only between two perfect mirrors, and no light gets there.
+    d += d <= 0
+    down, up = np.divide(U.T, d, out=whole.T), np.divide(L.T_up, d, out=whole.T_up)
+    _lit(U.R_top, U.A_top, down, L.R_top, L.A_top, U.T_up, U.A_bottom, whole.R_top, whole.A_top)
+    _lit(L.R_bottom, L.A_bottom, up, U.R_bottom, U.A_bottom, L.T, L.A_top, whole.R_bottom, whole.A_bottom)
+    down *= L.T
+    up *= U.T_up
+
+
+def _lit(
+    R: Array,
+    A: Array,
+    through: Array,
+    next_R: Array,
+    next_A: Array,
+    back_T: Array,
+    back_A: Array,
+    to_R: Array,
+    to_A: Array,
+) -> None:
+    """R and A of two stacks lit from one side: of the first, and of what gets through it to the next and back."""
+    np.multiply(next_R, back_A, out=to_A)
+    to_A += next_A
+    to_A *= through
+    to_A += A
+    np.multiply(through, next_R, out=to_R)
+    to_R *= back_T
+    to_R += R
+
+
+def check_film(K: Array, S: Array, X: Array) -> tuple[float, float, float]:
+    """The largest K, S and X. Refuse what is no film: K, S or X negative or not a number, K or S infinite."""
+    largest = float(K.max(initial=0)), float(S.max(initial=0)), float(X.max(initial=0))
     not_negative = K.min(initial=0) >= 0 and S.min(initial=0) >= 0 and X.min(initial=0) >= 0
-    if not_negative and K.max(initial=0) < np.inf and S.max(initial=0) < np.inf:
-        return
-    for name, value, unit in (("K", K, "1/mm"), ("S", S, "1/mm"), ("X", X, "mm")):
-        wrong = ~(value >= 0) | (np.isinf(value) & (name != "X"))
-        if wrong.any():
-            raise MakeupError(
-                f"{name} of a film must be a number of 0 {unit} or more, not {value[wrong].flat[0]}; mend its source."
-            )
+    if not (not_negative and largest[0] < np.inf and largest[1] < np.inf):
+        wrong = {"K": ~((K >= 0) & (K < np.inf)), "S": ~((S >= 0) & (S < np.inf)), "X": ~(X >= 0)}
+        name = next(name for name, where in wrong.items() if where.any())
+        value, unit = {"K": (K, "1/mm"), "S": (S, "1/mm"), "X": (X, "mm")}[name]
+        raise MakeupError(
+            f"{name} of a film must be a number of 0 {unit} or more, not {value[wrong[name]].flat[0]}; mend its source."
+        )
+    return largest

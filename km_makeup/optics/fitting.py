@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MakeupError
-from .films import Array, _doubles, opaque_reflectance
+from .arrays import Array, doubles
+from .films import opaque_reflectance
 from .interfaces import Interface, saunderson, unsaunderson
-from .inversion import Inversion, Status
+from .inversion import THINNEST, Inversion, Status
 from .sensitivity import opaque_sensitivity, over_sensitivity
 
 # Optical thicknesses of the thickest film beyond which K or S are not sought: far past what any reading can tell.
@@ -84,10 +85,12 @@ def invert_films(
     Raises
     ------
     MakeupError
-        Fewer than two films.
+        Fewer than two films, shapes that do not fit the readings, a negative noise, a smoothness that is none.
 
     Source: Levenberg 1944, Marquardt 1963, on Kubelka 1948, Eq 20, and Saunderson 1942, Eq 4.
     """
+    if smoothness is not None and not 1e-9 <= float(smoothness) <= 1e9:
+        raise MakeupError(f"The smoothness must be a positive number such as 0.05, not {smoothness}.")
     data, shape, bad, sigma = _prepare(R, R_g, X, noise, interface, specular_included)
     theta = _best_descent(data)
     prior = None
@@ -107,23 +110,39 @@ def _prepare(
     specular_included: bool,
 ) -> tuple[_Readings, tuple[int, ...], NDArray[np.bool_], Array]:
     """The readings in two axes, the shape of the result, where a reading is none, and the noise (n, m)."""
-    (R, R_g, X) = _doubles(R, R_g, X)
+    (R, R_g, X) = doubles(R, R_g, X)
     if R.ndim == 0 or R.shape[0] < 2:
         raise MakeupError(
             "K and S of a product need the readings of at least two films; add a film of another thickness."
         )
     films, shape = R.shape[0], R.shape[1:]
     X = X.reshape(films, *[1] * len(shape)) if X.shape == (films,) else X
-    (sigma,) = _doubles(_NOISE if noise is None else noise)
-    R, R_g, X, sigma = (np.broadcast_to(v, R.shape).reshape(films, -1) for v in (R, R_g, X, sigma))
+    (sigma,) = doubles(_NOISE if noise is None else noise)
+    if np.any(sigma < 0):
+        raise MakeupError(f"The noise of a reading must be 0 or more, not {sigma.min()}; mend its source.")
+    R, R_g, X, sigma = (
+        _like_readings(name, v, R).reshape(films, -1)
+        for name, v in (("R", R), ("R_g", R_g), ("X", X), ("noise", sigma))
+    )
     R_g = np.where(np.isinf(X), 0.5, R_g)
     slack = 3 * sigma
-    bad = np.any(~((R >= -slack) & (R <= 1 + slack) & (R_g >= 0) & (R_g <= 1) & (X > 0) & (sigma >= 0)), axis=0)
+    bad = np.any(~((R >= -slack) & (R <= 1 + slack) & (R_g >= 0) & (R_g <= 1) & (X >= THINNEST) & (sigma >= 0)), axis=0)
     R, R_g, X = np.where(bad, 0.5, R), np.where(bad, 0.5, R_g), np.where(bad, 1, X)
     if interface is not None:
         R_g = np.clip(unsaunderson(R_g, interface, specular_included=specular_included), 0, 1)
     weight = 1 / np.maximum(np.where(bad, _NOISE, sigma), _NOISE_LEAST)
     return _Readings(R, R_g, X, weight, interface, specular_included), shape, bad, sigma
+
+
+def _like_readings(name: str, values: Array, R: Array) -> Array:
+    """Values in the shape of the readings; refuses those that do not fit it."""
+    try:
+        return np.broadcast_to(values, R.shape)
+    except ValueError as error:
+        raise MakeupError(
+            f"{name} of shape {values.shape} does not fit readings of shape {R.shape} (films, ..., wavelengths); give "
+            f"one value per film as shape {(R.shape[0], *[1] * (R.ndim - 1))}."
+        ) from error
 
 
 def _model(data: _Readings, theta: Array) -> tuple[Array, Array, Array]:

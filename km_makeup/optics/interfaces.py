@@ -17,10 +17,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import MakeupError
-from .films import Array, Stack, _floats
+from .arrays import SLACK, Array, common_shape, doubles, floats, refuse_outside, short
+from .films import Stack
 
 # Gauss-Legendre nodes of the Fresnel integral: 64 hold 2e-14 relative for n - 1 from 1e-12 to 3.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
+_INDEX_GREATEST = 1e6
+# Readings of any instrument, wrong ones too; beyond them a number is no reflectance at all.
+_READING_GREATEST = 1e3
 
 
 class Interface(NamedTuple):
@@ -54,7 +58,7 @@ def fresnel_diffuse(n: ArrayLike) -> DiffuseFresnel:
     Parameters
     ----------
     n
-        Index of the body relative to the medium outside, any shape, > 0; below 1 the sides change places.
+        Index of the body relative to the medium outside, any shape, 1e-6..1e6; below 1 the sides change places.
 
     Returns
     -------
@@ -64,16 +68,16 @@ def fresnel_diffuse(n: ArrayLike) -> DiffuseFresnel:
     Raises
     ------
     MakeupError
-        An index that is not a positive finite number.
+        An index that is not a number from 1e-6 to 1e6.
 
     Source: the integral of Fresnel's equations, 2 mu F(mu) dmu (Duntley 1942; Judd 1942), by quadrature with
     mu = sqrt(n^2 - 1) sinh t, in which R_s = exp(-4 t) and nothing is singular; above n = 4, where their closed
     form no longer cancels, by that; inside from outside by 1 - internal = (1 - external)/n^2 (Judd 1942, Eq 5).
     """
-    index = np.asarray(n, dtype=np.float64)
-    if not np.all(np.isfinite(index) & (index > 0)):
+    (index,) = doubles(n)
+    if not np.all((index >= 1 / _INDEX_GREATEST) & (index <= _INDEX_GREATEST)):
         raise MakeupError(
-            f"The refractive index must be a positive number, not {n!r}; skin is 1.4, most binders are 1.5."
+            f"The refractive index must be a positive number, 1e-6 to 1e6, not {short(n)}; skin is 1.4, most binders are 1.5."
         )
     m = np.maximum(index, 1 / index)
     contrast = (m - 1) * (m + 1)
@@ -129,9 +133,11 @@ def apparent(internal: ArrayLike, interface: Interface) -> Array:
     """Diffuse reflectance seen from the air, of a body of the given internal reflectance (0..1).
 
     Saunderson 1942 without the leading k1, which belongs to the highlight:
-    (1 - k1)(1 - k2) R / (1 - k2 R). Right to 4 eps relative for any R in 0..1.
+    (1 - k1)(1 - k2) R / (1 - k2 R). Right to 4 eps relative for any R in 0..1; what is no number of that range
+    (by more than 1e-5) is refused with a `MakeupError`.
     """
-    R, k1, k2 = _floats(internal, interface.k1, interface.k2)
+    R, k1, k2 = _with_sides(internal, interface)
+    refuse_outside("The internal reflectance of a body", R, 0, 1, SLACK)
     return (1 - k1) * (1 - k2) * R / ((1 - k2) + k2 * (1 - R))
 
 
@@ -140,7 +146,8 @@ def internal(apparent: ArrayLike, interface: Interface) -> Array:
 
     A body can at most seem as bright as (1 - k1); what is brighter gives a value above 1, to be judged by the caller.
     """
-    Ra, k1, k2 = _floats(apparent, interface.k1, interface.k2)
+    Ra, k1, k2 = _with_sides(apparent, interface)
+    refuse_outside("A reflectance seen from the air", Ra, -_READING_GREATEST, _READING_GREATEST)
     return Ra / ((1 - k1) * (1 - k2) + k2 * Ra)
 
 
@@ -152,7 +159,7 @@ def saunderson(R: ArrayLike, interface: Interface, *, specular_included: bool = 
     Source: Saunderson 1942, Eq 4.
     """
     read = apparent(R, interface)
-    return read + _floats(R, interface.k1)[1] if specular_included else read
+    return read + _with_sides(R, interface)[1] if specular_included else read
 
 
 def unsaunderson(R_m: ArrayLike, interface: Interface, *, specular_included: bool = True) -> Array:
@@ -163,5 +170,14 @@ def unsaunderson(R_m: ArrayLike, interface: Interface, *, specular_included: boo
 
     Source: Saunderson 1942, Eq 5.
     """
-    R, k1 = _floats(R_m, interface.k1)
+    R, k1, _ = _with_sides(R_m, interface)
     return internal(R - k1 if specular_included else R, interface)
+
+
+def _with_sides(R: ArrayLike, interface: Interface) -> tuple[Array, Array, Array]:
+    """Reflectances and the two sides of an interface in one dtype; refuses an interface that is none."""
+    R, k1, k2 = floats(R, *interface)
+    common_shape(R, k1, k2)
+    for side, k in (("k1", k1), ("k2", k2)):
+        refuse_outside(f"{side} of an interface", k, 0, 1)
+    return R, k1, k2

@@ -14,9 +14,13 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .films import Array, _floats
+from ..errors import MakeupError
+from .arrays import SLACK, Array, common_shape, doubles, floats, refuse_outside, short
 from .interfaces import Interface, unsaunderson
 from .sensitivity import opaque_sensitivity, over_sensitivity
+
+# Thinner than this, in mm, is no thickness: K and S would overflow.
+THINNEST = 1e-30
 
 
 class Status(IntEnum):
@@ -83,12 +87,18 @@ def invert(
     Inversion
         On exact readings within 5e-14 times the condition number.
 
+    Raises
+    ------
+    MakeupError
+        Shapes that do not go together, or a noise that is none; never for a reading, which gets a status.
+
     Source: Huang et al. 2013, Eq 6-7 (Kubelka 1948, Eq 35) as a logarithm of 1 + x that holds on both sides of
     R_inf, where the printed arc hyperbolic cotangents have no real value:
     u = (R - Rg)/((R_inf - R)(1 - Rg R_inf)), x = u (1 - R_inf^2), w = u ln(1 + x)/x, S X = R_inf w,
     K X = (1 - R_inf)^2 w/2.
     """
-    R_inf, R, R_g, X = _floats(R_inf, R, R_g, X)
+    R_inf, R, R_g, X = floats(R_inf, R, R_g, X)
+    common_shape(R_inf, R, R_g, X)
     (R_inf, R, R_g), sigma, bad = _readings((R_inf, R, R_g), X, noise, interface, specular_included)
     X = np.where(bad, 1, X).astype(R.dtype)
     hiding, tolerance = _tolerance(R_inf, R, sigma[0], sigma[1]), _tolerance(R, R_g, sigma[1], sigma[2])
@@ -104,7 +114,7 @@ def invert(
     black = (1 - R_inf) * (1 + R_inf)
     u = from_backing / np.where(good, to_opaque * ((1 - R_g) + R_g * (1 - R_inf)), 1)
     w = u * _log1pc(np.where(good, u * black, 0))
-    least = np.maximum(hiding, np.finfo(R.dtype).eps)
+    least = np.clip(hiding, np.finfo(R.dtype).eps, 0.5)
     hides = -np.log(least) / np.maximum(black, least)
     w = np.select([good, opaque | overshoot], [w, hides], 0)
     status = np.select(
@@ -157,7 +167,9 @@ def invert_backings(
     R0 = (R1 g2 - R2 g1)/((g2 - g1) - g1 g2 (R2 - R1)), T^2 = (R2 - R1)(1 - R0 g1)(1 - R0 g2)/(g2 - g1); then K and
     S from R0 and T by asinh, exact for K = 0 and for S = 0.
     """
-    R_1, R_g1, R_2, R_g2, X = np.broadcast_arrays(*_floats(R_1, R_g1, R_2, R_g2, X))
+    given = floats(R_1, R_g1, R_2, R_g2, X)
+    common_shape(*given)
+    R_1, R_g1, R_2, R_g2, X = np.broadcast_arrays(*given)
     values, sigmas, bad = _readings((R_1, R_g1, R_2, R_g2), X, noise, interface, specular_included)
     bad = bad | (R_g1 == R_g2)
     X = np.where(bad, 1, X)
@@ -219,10 +231,21 @@ def free_film(R: ArrayLike, T: ArrayLike, A: ArrayLike | None = None) -> tuple[A
 
     A = 1 - R - T where it is not given; give it where it is known better than that difference.
 
+    Raises
+    ------
+    MakeupError
+        R, T or A that is no share of light, or R + T above 1 (by more than 1e-5) where A is not given.
+
     Source: Kubelka 1948, Eq 26-28 inverted: q = sqrt(A(1 - R + T)(1 + R - T)(1 + R + T))/2, z = asinh(q/T),
     S X = R z/q, K X = A(1 - R + T) z/(2 q).
     """
-    R, T, A = _floats(R, T, 1 - np.asarray(R) - np.asarray(T) if A is None else A)
+    R, T = floats(R, T)
+    common_shape(R, T)
+    R, T, A = floats(R, T, 1 - R - T if A is None else A)
+    refuse_outside("The reflectance of a film", R, 0, 1, SLACK)
+    refuse_outside("The transmittance of a film", T, float(np.finfo(T.dtype).tiny), 1)
+    refuse_outside("The absorptance 1 - R - T of a film", A, 0, 1, SLACK)
+    R, T, A = np.clip(R, 0, 1), np.clip(T, np.finfo(T.dtype).tiny, 1), np.clip(A, 0, 1)
     above = (1 - R) + T
     q = 0.5 * np.sqrt(A * above * ((1 + R) - T) * (1 + R + T))
     scale = _asinhc(q / T) / T
@@ -233,7 +256,8 @@ def _readings(
     values: tuple[Array, ...], X: Array, noise: float, interface: Interface | None, specular_included: bool
 ) -> tuple[tuple[Array, ...], tuple[Array, ...], NDArray[np.bool_]]:
     """Internal reflectances (0.5 where one of a set is none), their standard deviations, and where one is none."""
-    bad = ~((X > 0) & np.isfinite(X))
+    refuse_outside("The noise of a reading", _one_number("noise", noise), 0, 1)
+    bad = ~((X >= THINNEST) & np.isfinite(X))
     for value in values:
         bad = bad | ~((value >= 0) & (value <= 1))
     values = tuple(np.where(bad, 0.5, value).astype(value.dtype) for value in values)
@@ -246,6 +270,14 @@ def _readings(
         k1, k2 = interface
         sigma = tuple((s * (1 - k2 * v) ** 2 / ((1 - k1) * (1 - k2))).astype(v.dtype) for v, s in zip(values, sigma))
     return values, sigma, bad
+
+
+def _one_number(name: str, value: float) -> Array:
+    """A parameter as a number; refuses an array."""
+    (number,) = doubles(value)
+    if number.ndim:
+        raise MakeupError(f"{name} must be one number, not {short(value)}.")
+    return number
 
 
 def _tolerance(a: Array, b: Array, sigma_a: Array, sigma_b: Array) -> Array:

@@ -13,10 +13,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import MakeupError
-from .films import Array, _doubles, _floats
+from .arrays import SLACK, Array, common_shape, doubles, floats, refuse_outside, short
+from .films import check_film
 
 # Roughness below this is drawn as this; its lobe is some 0.1 degrees wide.
 ROUGHNESS_LEAST = 1e-3
+# Mean slopes beyond this are no surface that a lobe describes; lengths of a normal beyond this overflow when squared.
+_ROUGHNESS_GREATEST, _LONGEST, _COSINE_GREATEST = 100.0, 1e60, 1e3
+# Directions whose albedo is worked out at a time, 6144 slopes and azimuths each.
+_ALBEDOS = 512
 _AZIMUTHS = np.pi * (np.arange(96) + 0.5) / 96
 _SLOPES, _SLOPE_WEIGHTS = np.polynomial.laguerre.laggauss(64)
 
@@ -33,8 +38,16 @@ class HighlightRule(Enum):
 
 
 def schlick(F0: ArrayLike, cos_theta: ArrayLike) -> Array:
-    """Fresnel reflectance F0 + (1 - F0)(1 - cos theta)^5 for cos theta in 0..1 (Schlick 1994, Eq 15)."""
-    F0, cos_theta = _floats(F0, cos_theta)
+    """Fresnel reflectance F0 + (1 - F0)(1 - cos theta)^5 for cos theta in 0..1, clipped to it (Schlick 1994, Eq 15)."""
+    F0, cos_theta = floats(F0, cos_theta)
+    common_shape(F0, cos_theta)
+    refuse_outside("The reflectance F0 of a surface", F0, 0, 1, SLACK)
+    refuse_outside("The cosine of a direction", cos_theta, -_COSINE_GREATEST, _COSINE_GREATEST)
+    return _schlick(F0, cos_theta)
+
+
+def _schlick(F0: Array, cos_theta: Array) -> Array:
+    """`schlick`, for cosines that rounding or a direction from behind has put outside 0..1 as well."""
     return F0 + (1 - F0) * np.clip(1 - cos_theta, 0, 1) ** 5
 
 
@@ -44,7 +57,8 @@ def kelemen(N: ArrayLike, L: ArrayLike, V: ArrayLike, roughness: ArrayLike, F0: 
     Parameters
     ----------
     N, L, V
-        Normal, direction to the light, direction to the eye, shape (..., 3). L and V of length 1; N of any length.
+        Normal, direction to the light, direction to the eye, shape (..., 3). L and V of length 1 (or 0, where
+        there is none); N of any length.
     roughness
         Beckmann's root mean square slope m, 1e-3..1; what is less counts as 1e-3. Shape (...).
     F0
@@ -57,22 +71,49 @@ def kelemen(N: ArrayLike, L: ArrayLike, V: ArrayLike, roughness: ArrayLike, F0: 
         float64 and given in the dtype of the directions: within 1e-12 of the exact value for the given numbers,
         relative, for roughness above 0.01 (1e-10 at 1e-3).
 
+    Raises
+    ------
+    MakeupError
+        Directions that are not three finite numbers, L or V of another length, a roughness or F0 that is none.
+
     Source: Kelemen and Szirmay-Kalos 2001, Eq 4-5; Huang et al. 2013, Eq 5; Beckmann and Spizzichino 1963.
     With h = L + V not normalised, tan^2 = |N x h|^2/(N.h)^2 and the exponent is taken as a whole, so that opposed,
     grazing and mirror directions need no branch.
     """
-    given = _floats(N, L, V)
-    N, L, V, m, f = _doubles(*given, roughness, F0)
+    given = floats(N, L, V)
+    N, L, V, m, f = doubles(*given, roughness, F0)
+    _check_directions(N, L, V)
+    _check_surface(m, f)
+    common_shape(N[..., 0], L[..., 0], V[..., 0], m, f)
     m2 = np.maximum(m, ROUGHNESS_LEAST) ** 2
     h = L + V
     hh = np.maximum(np.sum(h * h, axis=-1), 1e-24)
-    NN = np.sum(N * N, axis=-1)
+    NN = np.maximum(np.sum(N * N, axis=-1), 1e-300)
     s2 = np.sum(np.cross(N, h) ** 2, axis=-1)
     c2 = np.maximum(np.sum(N * h, axis=-1) ** 2, 1e-12 * NN)
     beckmann = np.exp(-(s2 / c2) / m2 - 2 * np.log(c2 / (hh * NN)) - np.log(np.pi * m2))
-    brdf = beckmann * schlick(f, 0.5 * np.sqrt(hh)) / hh
+    brdf = beckmann * _schlick(f, 0.5 * np.sqrt(hh)) / hh
     lit = np.logical_and(np.sum(N * L, axis=-1) > 0, np.sum(N * V, axis=-1) > 0)
     return np.where(lit, brdf, 0).astype(given[0].dtype)
+
+
+def _check_directions(N: Array, L: Array, V: Array) -> None:
+    """Refuse what are no directions; N may have any length, L and V have 1, or 0 where there is no surface."""
+    for name, vectors in (("N", N), ("L", L), ("V", V)):
+        if vectors.shape[-1:] != (3,):
+            raise MakeupError(f"{name} must be directions of shape (..., 3), not {vectors.shape}.")
+        refuse_outside(f"A component of {name}", vectors, -_LONGEST, _LONGEST)
+        if name != "N":
+            lengths = np.sqrt(np.sum(vectors * vectors, axis=-1))
+            off = ~((np.abs(lengths - 1) < 0.01) | (lengths == 0))
+            if off.any():
+                raise MakeupError(f"{name} must have length 1, not {lengths[off].flat[0]:g}; normalise it first.")
+
+
+def _check_surface(roughness: Array, F0: Array) -> None:
+    """Refuse what is no roughness and no reflectance at normal incidence."""
+    refuse_outside("The roughness of a surface", roughness, 0, _ROUGHNESS_GREATEST)
+    refuse_outside("The reflectance F0 of a surface", F0, 0, 1, SLACK)
 
 
 def kelemen_albedo(cos_view: ArrayLike, roughness: ArrayLike, F0: ArrayLike) -> Array:
@@ -94,18 +135,29 @@ def kelemen_albedo(cos_view: ArrayLike, roughness: ArrayLike, F0: ArrayLike) -> 
     Source: the integral of f cos over the lights, over half vectors distributed as Beckmann's
     (tan^2 = -m^2 ln(1 - u), so that Gauss-Laguerre in tan^2/m^2 takes the slopes) and azimuths by midpoints.
     """
-    cos_view, roughness, F0 = _floats(cos_view, roughness, F0)
-    dtype = cos_view.dtype
-    c, m, f = (v[..., None, None] for v in _doubles(cos_view, roughness, F0))
+    cos_view, roughness, F0 = floats(cos_view, roughness, F0)
+    refuse_outside("The cosine of a direction", cos_view, 0, 1, SLACK)
+    _check_surface(roughness, F0)
+    shape = common_shape(cos_view, roughness, F0)
+    flat = [np.broadcast_to(v, shape).reshape(-1) for v in doubles(np.clip(cos_view, 0, 1), roughness, F0)]
+    albedo = np.empty(flat[0].size)
+    for start in range(0, albedo.size, _ALBEDOS):
+        part = slice(start, start + _ALBEDOS)
+        albedo[part] = _albedo(*(v[part, None, None] for v in flat))
+    return albedo.reshape(shape).astype(cos_view.dtype)[()]
+
+
+def _albedo(c: Array, m: Array, f: Array) -> Array:
+    """`kelemen_albedo` of arrays of shape (n, 1, 1)."""
     tan2 = np.maximum(m, ROUGHNESS_LEAST) ** 2 * _SLOPES[:, None]
     cos_h = 1 / np.sqrt(1 + tan2)
     sin_h = np.sqrt(tan2) * cos_h
     cos_d = c * cos_h + np.sqrt(np.maximum(1 - c * c, 0)) * sin_h * np.cos(_AZIMUTHS)
     cos_light = 2 * cos_d * cos_h - c
     seen = (cos_d > 0) & (cos_light > 0)
-    value = schlick(f, cos_d) * cos_light / (np.where(seen, cos_d, 1) * cos_h)
+    value = _schlick(f, cos_d) * cos_light / (np.where(seen, cos_d, 1) * cos_h)
     mean = np.mean(np.where(seen, value, 0), axis=-1)
-    return np.sum(mean * _SLOPE_WEIGHTS, axis=-1).astype(dtype)
+    return np.sum(mean * _SLOPE_WEIGHTS, axis=-1)
 
 
 def unscattered(K: ArrayLike, S: ArrayLike, X: ArrayLike, g: float = 0.85) -> Array:
@@ -122,10 +174,12 @@ def unscattered(K: ArrayLike, S: ArrayLike, X: ArrayLike, g: float = 0.85) -> Ar
 
     Source: exp(-2 (mu_a + mu_s) X) with mu_a = K/2 and mu_s = 4 S/(3 (1 - g)) (van Gemert and Star 1987).
     """
-    K, S, X = _floats(K, S, X)
-    if not -1 < g < 1:
+    K, S, X = floats(K, S, X)
+    check_film(K, S, X)
+    common_shape(K, S, X)
+    if np.ndim(g) or not -1 < g < 1:
         raise MakeupError(
-            f"The mean cosine of scattering must lie between -1 and 1, not be {g}; pigments have about 0.85."
+            f"The mean cosine of scattering must be one number between -1 and 1, not {short(g)}; pigments have about 0.85."
         )
     return np.exp(-2 * (K / 2 + 4 * S / (3 * (1 - g))) * X)
 
@@ -157,7 +211,7 @@ def lay_highlights(
     Raises
     ------
     MakeupError
-        Lists of lengths that do not fit.
+        Lists of lengths that do not fit; a transmittance or coverage outside 0..1.
 
     Source: Huang et al. 2013, 3.3.
     """
@@ -166,9 +220,12 @@ def lay_highlights(
             f"{len(highlights)} highlights (skin and films) need {len(highlights) - 1} transmittances and coverages, "
             f"not {len(transmittances)} and {len(coverages)}."
         )
-    (total,) = _floats(highlights[0])
+    (total,) = floats(highlights[0])
     for own, T, coverage in zip(highlights[1:], transmittances, coverages, strict=True):
-        below, shine, passed, covered = _floats(total, own, T, coverage)
+        below, shine, passed, covered = floats(total, own, T, coverage)
+        common_shape(below, shine, passed, covered)
+        refuse_outside("The coverage of a film", covered, 0, 1, SLACK)
+        refuse_outside("The transmittance of a film", passed, 0, 1, SLACK)
         kept = passed if rule is HighlightRule.PAPER else 1 - covered
         total = np.add(below * kept, covered * shine)
     return total

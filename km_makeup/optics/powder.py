@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import MakeupError
-from .films import Array, Film, Stack, _floats, as_stack, over, stack
+from .arrays import SLACK, Array, common_shape, floats, refuse_outside
+from .films import Film, Stack, as_stack, over, stack
 from .interfaces import Interface
 
 # 2^n stacks: more layers than this are no powder any more.
@@ -30,9 +31,14 @@ class PowderRule(Enum):
 
 
 def powder(one: Film | Stack, fraction: ArrayLike) -> Stack:
-    """A film that covers an area fraction (0..1), its R, T and A averaged with those of nothing (rule FINE)."""
+    """A film that covers an area fraction (0..1), its R, T and A averaged with those of nothing (rule FINE).
+
+    Raises a `MakeupError` for what is no fraction.
+    """
     layer = as_stack(one)
-    *fields, share = _floats(*layer, fraction)
+    *fields, share = floats(*layer, fraction)
+    _check_fraction(share)
+    common_shape(*fields, share)
     whole = Stack(*fields)
     gap = 1 - share
     return Stack(
@@ -43,6 +49,11 @@ def powder(one: Film | Stack, fraction: ArrayLike) -> Stack:
         A_bottom=share * whole.A_bottom,
         T_up=share * whole.T_up + gap,
     )
+
+
+def _check_fraction(share: Array) -> None:
+    """Refuse what is no area fraction."""
+    refuse_outside("The area fraction of a powder", share, 0, 1, SLACK)
 
 
 def powder_over(
@@ -70,7 +81,7 @@ def powder_over(
     Raises
     ------
     MakeupError
-        Lists of unequal length, or more than 12 partly covering films with COARSE.
+        Lists of unequal length, a fraction or backing outside 0..1, or more than 12 partly covering films with COARSE.
     """
     if len(films) != len(fractions):
         raise MakeupError(f"{len(films)} films need as many area fractions, not {len(fractions)}.")
@@ -85,7 +96,10 @@ def _coarse(
     films: Sequence[Film | Stack], fractions: Sequence[ArrayLike], Rg: ArrayLike, top: list[Film | Stack]
 ) -> Array:
     """The mean of the reflectances of all stacks that the films form, each there or not."""
-    choices = [(True,) if np.all(np.asarray(share) == 1) else (True, False) for share in fractions]
+    shares = floats(*fractions, Rg)[:-1]
+    for share in shares:
+        _check_fraction(share)
+    choices = [(True,) if np.all(share == 1) else (True, False) for share in shares]
     if sum(len(choice) > 1 for choice in choices) > _LAYERS_MOST:
         raise MakeupError(
             f"More than {_LAYERS_MOST} powders on one another are too many for the coarse rule; take the fine one."
@@ -94,10 +108,11 @@ def _coarse(
     for present in product(*choices):
         there = [one for one, is_there in zip(films, present, strict=True) if is_there]
         whole = stack(there + top)
-        *fields, backing = _floats(*whole, Rg)
+        *fields, backing = floats(*whole, Rg)
+        common_shape(*fields, backing, *shares)
         whole = Stack(*fields)
         weight: Array | float = 1.0
-        for share, is_there in zip(_floats(*fractions, backing)[:-1], present, strict=True):
+        for share, is_there in zip(floats(*fractions, backing)[:-1], present, strict=True):
             weight = weight * (share if is_there else 1 - share)
         total = total + weight * over(whole.R_top, whole.T * whole.T_up, whole.R_bottom, backing)
     return np.asarray(total)[()]

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .films import Array, _floats
+from .arrays import Array, floats
 
 
 class Sensitivity(NamedTuple):
@@ -29,7 +29,7 @@ def over_sensitivity(k: ArrayLike, s: ArrayLike, R_g: ArrayLike) -> Sensitivity:
     Source: Kubelka 1948, Eq 20, as R = N/D with N = g + t(s - (k + s) g), D = 1 + t(k + s(1 - g)), t = tanh(z)/z,
     z^2 = k (k + 2 s), differentiated.
     """
-    k, s, g = _floats(k, s, R_g)
+    k, s, g = floats(k, s, R_g)
     y = k * (k + 2 * s)
     z = np.sqrt(k) * np.sqrt(k + 2 * s)
     t = _tanhc(z)
@@ -45,7 +45,7 @@ def over_sensitivity(k: ArrayLike, s: ArrayLike, R_g: ArrayLike) -> Sensitivity:
 
 def opaque_sensitivity(K: ArrayLike, S: ArrayLike) -> tuple[Array, Array]:
     """Derivatives of R_inf to ln K and ln S: -/+ R_inf K/z."""
-    K, S = _floats(K, S)
+    K, S = floats(K, S)
     z = np.sqrt(K) * np.sqrt(K + 2 * S)
     total = K + S + z
     R_inf = S / np.where(total > 0, total, 1)

@@ -78,11 +78,11 @@ def test_burley_keeps_all_light_and_its_share_within_is_its_integral(d: float) -
 
 
 def test_float32_and_whole_numbers_are_worked_in_double_precision() -> None:
-    r, d = np.array([1, 2], np.float32), np.array([1, 3], np.float32)
+    r, d = np.array([1, 0.5], np.float32), np.array([1, 3], np.float32)
     for call in (burley, burley_within, burley_distance):
         assert call(r, d).dtype == np.float64
         np.testing.assert_array_equal(call(r, d), call(r.astype(float), d.astype(float)))
-        np.testing.assert_array_equal(call([1, 2], [1, 3]), call([1.0, 2.0], [1.0, 3.0]))
+        np.testing.assert_array_equal(call([1, 1], [1, 3]), call([1.0, 1.0], [1.0, 3.0]))
     tenth = np.array([0.1], np.float32)
     for call in (SKIN, SKIN.within, SKIN.spectrum):
         np.testing.assert_array_equal(call(tenth), call(tenth.astype(float)))
@@ -188,16 +188,19 @@ def test_what_is_no_profile_is_refused(variances: list, weights: list, message: 
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: fit_gaussians(0.0), "must be positive, in mm.* not 0.0, 6"),
+        (lambda: fit_gaussians(0.0), "must be positive numbers of mm.* not 0.0"),
         (lambda: fit_gaussians([1.0, np.nan]), "must be positive"),
         (lambda: fit_gaussians(np.inf), "must be positive"),
         (lambda: fit_gaussians([[1.0]]), "must be positive"),
-        (lambda: fit_gaussians(1.0, 0), "one Gaussian or more: not 1.0, 0"),
-        (lambda: reduced(SKIN, 0), "one Gaussian or more, not 0"),
-        (lambda: widened(SKIN, 1.0), "reflects 0 to 1 .* not 1.0, 3"),
-        (lambda: widened(SKIN, -0.1), "reflects 0 to 1"),
-        (lambda: widened(SKIN, [0.1, np.nan, 0.1]), "reflects 0 to 1"),
-        (lambda: widened(SKIN, 0.1, 0), "over 1 term or more: not 0.1, 0"),
+        (lambda: fit_gaussians([]), "must be positive"),
+        (lambda: fit_gaussians(1.0, 2.5), "number of Gaussians must be .* not 2.5"),
+        (lambda: widened(SKIN, [0.1, 0.2]), "each of the 3 channels"),
+        (lambda: fit_gaussians(1.0, 0), "number of Gaussians must be .* not 0"),
+        (lambda: reduced(SKIN, 0), "number of Gaussians must be .* not 0"),
+        (lambda: widened(SKIN, 1.0), "must be less than 1 .* not 1.0"),
+        (lambda: widened(SKIN, -0.1), "must be less than 1"),
+        (lambda: widened(SKIN, [0.1, np.nan, 0.1]), "must be less than 1"),
+        (lambda: widened(SKIN, 0.1, 0), "number of terms must be .* not 0"),
     ],
 )
 def test_what_cannot_be_fitted_or_widened_is_refused(call, message: str) -> None:

@@ -16,10 +16,10 @@ from km_makeup.errors import MakeupError
 from km_makeup.optics import (
     Stack,
     air_interface,
+    arrays,
     as_stack,
     film,
     film_over,
-    films,
     lay,
     opaque_reflectance,
     over,
@@ -124,7 +124,7 @@ def test_large_arrays_are_worked_in_blocks_with_the_same_result() -> None:
     whole, whole_over = film(K, S, X), film_over(K, S, X, g)
     for part in (*whole, whole_over):
         assert part.shape == (81, 1000)
-        assert part.size > films._BLOCK
+        assert part.size > arrays.BLOCK
     for row in (0, 40, 80):
         one = film(K[row], S[row], X[0])
         for part, single in zip(whole, one, strict=True):

@@ -194,3 +194,32 @@ def test_standard_errors_with_the_prior_are_true_too() -> None:
 def test_fewer_than_two_films_are_refused(R: object) -> None:
     with pytest.raises(MakeupError, match="at least two films"):
         invert_films(R, 0.1, 1.0)
+
+
+@pytest.mark.parametrize("noise", [0.003, None])
+def test_with_the_prior_every_spectrum_is_fitted_by_itself_through_its_interface(noise: float | None) -> None:
+    """Three spectra at once, one of them hard to fit, are the three one by one; the air interface stays in the model."""
+    wave = np.linspace(0.3, 0.7, 17)
+    K = np.exp(1 + 2 * np.sin(6 * wave)) * np.array([[0.02], [1.0], [30.0]])
+    S = np.exp(3 - 2 * wave) * np.array([[3.0], [1.0], [0.1]])
+    films, R_g = np.array([0.02, 0.1, 0.02, 0.1]), np.array([0.06, 0.06, 0.85, 0.85]).reshape(4, 1, 1)
+    R = readings(K, S, films, R_g) + np.random.default_rng(3).normal(0, 0.003, (4, 3, 17))
+    together = invert_films(R, R_g, films, interface=AIR, noise=noise, smoothness=0.05)
+    for i in range(3):
+        # Where the noise is estimated it is that of all spectra, so the prior weighs a little differently.
+        alone = invert_films(R[:, i], R_g[:, 0], films, interface=AIR, noise=noise, smoothness=0.05)
+        tolerance = 1e-5 if noise else 0.05
+        np.testing.assert_allclose(together.S[i], alone.S, rtol=tolerance)
+        np.testing.assert_allclose(together.S[i], S[i], rtol=0.4)
+    np.testing.assert_allclose(together.K[1], K[1], rtol=0.2)
+    np.testing.assert_allclose(together.residual, 0.003, atol=0.004)
+
+
+def test_the_prior_needs_three_wavelengths() -> None:
+    """Second differences of fewer are none: the fit is that of each wavelength alone."""
+    R_g, films = np.array([[0.05], [0.9]]), [0.1, 0.1]
+    R = readings(np.array([1.0, 2.0]), np.array([5.0, 4.0]), films, R_g)
+    np.testing.assert_array_equal(
+        invert_films(R, R_g, films, interface=AIR, noise=0.01, smoothness=0.05).K,
+        invert_films(R, R_g, films, interface=AIR, noise=0.01).K,
+    )

@@ -105,9 +105,9 @@ def test_indices_come_in_any_shape() -> None:
         assert (ours.external[index], ours.internal[index], ours.normal[index]) == tuple(one)
 
 
-@pytest.mark.parametrize("n", [0.0, -1.5, np.nan, np.inf, [1.5, 0.0]])
+@pytest.mark.parametrize("n", [0.0, -1.5, np.nan, np.inf, 2e6, 5e-7, [1.5, 0.0]])
 def test_what_is_no_index_is_refused(n: object) -> None:
-    with pytest.raises(MakeupError, match="refractive index must be a positive number, not"):
+    with pytest.raises(MakeupError, match=r"refractive index must be a positive number, .* not"):
         air_interface(n)
 
 
