@@ -56,7 +56,17 @@ def _meaning(file: Path) -> bytes:
         if isinstance(body, list):
             # Docstrings, of modules and functions and of constants: expressions that are only a text.
             node.body = [one for one in body if not _is_text(one)] or [ast.Pass()]  # type: ignore[attr-defined]
-    return ast.dump(tree).encode()
+    return _dumped(tree).encode()
+
+
+def _dumped(node: object) -> str:
+    """A syntax tree as text, without empty fields: what `ast.dump` prints of those differs between Pythons."""
+    if isinstance(node, ast.AST):
+        fields = ((name, value) for name, value in ast.iter_fields(node) if value is not None and value != [])
+        return f"{type(node).__name__}({','.join(f'{name}={_dumped(value)}' for name, value in fields)})"
+    if isinstance(node, list):
+        return f"[{','.join(map(_dumped, node))}]"
+    return repr(node)
 
 
 def _is_text(node: ast.AST) -> bool:
