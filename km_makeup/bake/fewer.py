@@ -26,7 +26,7 @@ SYNTHETIC = (0.0, 0.15, 0.6, 1.0)
 """Painted values whose combinations are in every sample."""
 
 MOST_SYNTHETIC = 512
-RIDGE = 1e-8
+RIDGE = 1e-9
 DARKEST = 0.02
 SEEN_ON = (0.5, 1.0, 1.4)
 """The error is taken over the reference skin times these."""
@@ -91,7 +91,8 @@ def fitted(ground: Ground, layers: Sequence[Painted], tolerance: float) -> Metho
     fit, check = slice(0, None, 2), slice(1, None, 2)
     spectra = (truth.R, truth.T2 if ground.reference is None else seen, truth.R_up)
     for index in candidates(ground.bands.wavelengths):
-        solved = [solve(s[fit][:, index], rgb[fit]) for s, rgb in zip(spectra, right)]
+        prior = interpolating(ground.bands.wavelengths, index, W)
+        solved = [solve(s[fit][:, index], rgb[fit], prior) for s, rgb in zip(spectra, right)]
         weights = Weights(index, *(one.astype(np.float32) for one in solved))
         tables = [film_table(c, layer.values(), index) for c, layer in zip(ground.coats, layers)]
         got = textures(optics(tables, [one[check] for one in levels], ground.interface), weights, ground.at(index))
@@ -128,23 +129,29 @@ def sample(layers: Sequence[Painted]) -> list[NDArray]:
     ]
 
 
-def solve(at_bands: NDArray, rgb: NDArray) -> NDArray:
+def solve(at_bands: NDArray, rgb: NDArray, prior: NDArray) -> NDArray:
     """Weights (bands, 3) that give ``rgb`` from spectra at some bands; relative errors count, white stays white.
 
-    The sums are written out, so that they come out the same on any number of cores.
+    They stay near ``prior``, so that spectra unlike the sample's keep a plausible colour. The sums are written out, so
+    that they come out the same on any number of cores.
     """
     rows = np.vstack([at_bands, np.ones(at_bands.shape[1])])
-    wanted = np.vstack([rgb, np.ones(3)])
-    out = np.empty((at_bands.shape[1], 3))
+    missing = np.vstack([rgb, np.ones(3)]) - rows @ prior
+    out = prior.copy()
     for channel in range(3):
-        scale = np.maximum(np.abs(wanted[:, channel]), DARKEST) ** (-2 / 3)
-        scale[-1] *= 100
-        scaled, target = rows * scale[:, None], wanted[:, channel] * scale
+        scale = np.append(np.maximum(np.abs(rgb[:, channel]), DARKEST) ** (-2 / 3), 100)
+        scaled, target = rows * scale[:, None], missing[:, channel] * scale
         gram = np.einsum("ni,nj->ij", scaled, scaled)
         right = np.einsum("ni,n->i", scaled, target)
         gram += RIDGE * np.trace(gram) / len(gram) * np.eye(len(gram))
-        out[:, channel] = np.linalg.solve(gram, right)
+        out[:, channel] += np.linalg.solve(gram, right)
     return out
+
+
+def interpolating(wavelengths: NDArray, index: NDArray[np.intp], weights: NDArray) -> NDArray:
+    """Weights (bands, 3) of some bands: those of the light for spectra that are straight from band to band."""
+    places = np.stack([np.interp(wavelengths, wavelengths[index], unit) for unit in np.eye(len(index))])
+    return np.einsum("bw,wc->bc", places, weights)
 
 
 def _texture_values(right: Sequence[NDArray], reference: Reference | None) -> NDArray:

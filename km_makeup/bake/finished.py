@@ -12,7 +12,7 @@ from ..makeup.coat import on_skin
 from ..spectra import delta_e, upsample_skin
 from ..spectra.lights import Light
 from .colours import Table, film_table, optics, to_rgb
-from .fewer import MARGIN, Ground, candidates, sample, solve
+from .fewer import MARGIN, Ground, candidates, interpolating, sample, solve
 from .levels import Painted, Tile
 
 BLOCK = 1024
@@ -46,7 +46,8 @@ def method_over_skins(
         levels = [layer.level(v) for layer, v in zip(layers, stored)]
         fit, check = slice(0, None, 2), slice(1, None, 2)
         for index in candidates(ground.bands.wavelengths):
-            weights = solve(truth[fit][:, index], wanted[fit]).astype(np.float32)
+            prior = interpolating(ground.bands.wavelengths, index, ground.bands.weights)
+            weights = solve(truth[fit][:, index], wanted[fit], prior).astype(np.float32)
             tables = [film_table(c, layer.values(), index) for c, layer in zip(ground.coats, layers)]
             stack = optics(tables, [one[check] for one in levels], ground.interface)
             got = to_rgb(stack.over(rho[check][:, index].T.astype(np.float32)), weights).T
