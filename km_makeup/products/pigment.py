@@ -16,6 +16,7 @@ from .product import Provenance, Spectrum, check_id, check_spectrum
 PIGMENTS = Path(__file__).parent / "pigments"
 SCHEMA = 1
 UNIT = "1/mm per unit volume fraction"
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,5 +119,5 @@ def check_fractions(fractions: Mapping[str, float], known: Iterable[str]) -> Non
         if not 0 <= fraction <= 1:
             raise MakeupError(f"The volume fraction of {one!r} is {fraction:g}; it must lie between 0 and 1.")
     total = sum(fractions.values())
-    if not 0 < total <= 1:
+    if not 0 < total <= 1 + _ROUNDING:
         raise MakeupError(f"The volume fractions sum to {total:g}; they must sum to more than 0 and at most 1.")

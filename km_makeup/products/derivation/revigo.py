@@ -56,16 +56,22 @@ def read_paints(folder: Path) -> Paints:
     """The paints of the REVIGO data set in a folder of its files."""
     try:
         rows = (folder / SPECTRA).read_text(encoding="utf-8").splitlines()
-        mixtures = (folder / MIXTURES).read_text(encoding="utf-8").splitlines()
     except OSError as error:
         raise MakeupError(
             f"Cannot read the REVIGO paints in {folder}: {error.strerror}; check the data folder."
         ) from None
     cells = [row.split("\t") for row in rows if row.strip()]
     readings = {row[0]: np.array([float(cell) for cell in row[1:]]) / 100 for row in cells[1:]}
-    return Paints(
-        np.array([float(cell) for cell in cells[0][1:]]), readings, dict(map(_mixture, filter(str.strip, mixtures)))
-    )
+    return Paints(np.array([float(cell) for cell in cells[0][1:]]), readings, read_mixtures(folder / MIXTURES))
+
+
+def read_mixtures(file: Path) -> dict[str, dict[str, float]]:
+    """Mass percents of the pigments by paint, as the data set's specification gives them; MakeupError where it cannot be read."""
+    try:
+        lines = file.read_text(encoding="utf-8").splitlines()
+    except OSError as error:
+        raise MakeupError(f"Cannot read {file}: {error.strerror}; check the data folder.") from None
+    return dict(map(_mixture, filter(str.strip, lines)))
 
 
 def _mixture(line: str) -> tuple[str, dict[str, float]]:
