@@ -141,11 +141,12 @@ class _Problem:
             move, thicker = self._step(theta, thickness, damping)
             trial = np.clip(theta + move, _LOW, _HIGH), thickness * np.exp(thicker)
             new = self.cost(*trial)
+            settled = damping < 1e-2 and abs(cost - new) < _SETTLED * cost
             damping = float(np.clip(damping / 5 if new <= cost else damping * 5, 1e-9, 1e6))
             if new <= cost:
-                (theta, thickness), gain, cost = trial, cost - new, new
-                if gain < _SETTLED * cost:
-                    break
+                (theta, thickness), cost = trial, new
+            if settled or damping >= 1e6:
+                break
         return theta, thickness
 
     def _step(self, theta: Array, thickness: Array, damping: float) -> tuple[Array, Array]:
@@ -193,7 +194,7 @@ def _start(readings: Array, backings: Array, shares: Array, interface: Interface
     for values in (found.K, found.S):
         usual = np.median(values[values > 0]) if (values > 0).any() else 1.0
         logs = np.log(np.clip(values, 1e-3 * usual, 1e3 * usual))
-        starts.append(logs[np.argmax(shares, axis=0)])
+        starts.append(logs[np.argmax(shares, axis=0)] - np.log(np.max(shares, axis=0))[:, None])
     return np.stack(starts)
 
 

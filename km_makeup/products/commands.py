@@ -1,4 +1,4 @@
-"""`products ...` on the command line: list, show, mix, match, shade, swatch, import, check, rebuild.
+"""`products ...` on the command line: list, show, mix, match, shade, swatch, plot, import, check, rebuild.
 
 ``add_products_command`` hangs them below another parser; ``python -m km_makeup.products`` runs them alone.
 """
@@ -38,6 +38,7 @@ _EXAMPLES = {
     "match": "products match '#a1343c' --pigments red-lake,carmine,carbon-black --fixed titanium-dioxide=0.3% --thickness 15um --skin medium",
     "shade": "products shade '#c69076'",
     "swatch": "products swatch lipstick-berry blush-rose --out swatches.png",
+    "plot": "products plot lipstick-berry --out berry.svg",
     "import": "products import paints.csv --film 16A_ob:16A_b:60um --film 16A_ow:16A_w:60um --id white-mine --name Mine --kind foundation --form cream --source 'own measurement' --out mine.json",
     "check": "products check",
     "rebuild": "products rebuild --check",
@@ -71,6 +72,9 @@ def add_commands(commands: Any) -> None:
     one.add_argument("--count", type=int, default=3)
     one = _command(commands, "swatch", "write a PNG of swatches on black, white and three skins", _swatch)
     one.add_argument("product", nargs="*", help="ids; default: all")
+    one.add_argument("--out", type=Path, required=True)
+    one = _command(commands, "plot", "write an SVG of a product: R, R∞, Rg; K and S; the thin film", _plot)
+    one.add_argument("product")
     one.add_argument("--out", type=Path, required=True)
     one = _command(commands, "import", "make a product from measured films", _import)
     _identity(one)
@@ -127,6 +131,7 @@ def _measurement(one: argparse.ArgumentParser) -> None:
     one.add_argument("--standard", type=float, default=BARIUM_SULPHATE, help="reflectance of the white standard")
     one.add_argument("--source", required=True, help="who measured what, and how")
     one.add_argument("--licence", default="own measurement")
+    one.add_argument("--plot", type=Path, metavar="FILE.svg", help="also draw the readings, K and S with their errors")
 
 
 def _library(options: argparse.Namespace) -> Library:
@@ -216,6 +221,17 @@ def _swatch(options: argparse.Namespace) -> int:
     return OK
 
 
+def _plot(options: argparse.Namespace) -> int:
+    from .plots import plot_product
+
+    product = _library(options).find(options.product)
+    plot_product(product, options.out)
+    band = product.K_error is not None
+    about = "with bands of 95 % confidence" if band else f"no bands, since it is {product.provenance.status}"
+    _say(options, {"file": str(options.out), "bands": band}, f"{options.out}: {product.name}, {about}")
+    return OK
+
+
 def _import(options: argparse.Namespace) -> int:
     films = []
     reading = _reader(options)
@@ -238,6 +254,11 @@ def _import(options: argparse.Namespace) -> int:
     )
     for sentence in found.quality:
         print(sentence, file=sys.stderr)
+    if options.plot:
+        from .plots import plot_product, reading_lines
+
+        plot_product(product, options.plot, reading_lines(films))
+        print(f"{options.plot}: readings, K and S with 95 % confidence", file=sys.stderr)
     return _write(product, options)
 
 
