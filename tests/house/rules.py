@@ -35,7 +35,11 @@ BLENDER_MODULES = {
     "imbuf",
     "idprop",
 }
-LAZY_ONLY = {"colour": "spectra", "OpenImageIO": "bake"}  # imported inside functions, on this floor alone
+LAZY_ONLY = {
+    "ziaplot": "products",
+    "colour": "spectra",
+    "OpenImageIO": "bake",
+}  # imported inside functions, on this floor alone
 LAZY_ONLY |= {"flip_evaluator": "accuracy"}  # and left out where it is not installed
 DERIVATION = "derivation"  # folder of the scripts that compute shipped data, run by developers
 DERIVATION_MODULES = {"miepython", "scipy"}
