@@ -77,29 +77,6 @@ def test_without_a_compositor_one_is_made_and_taken_away() -> None:
     assert scene.compositing_node_group is None
 
 
-@pytest.mark.parametrize(
-    ("fit", "size", "expected"),
-    [
-        ("AUTO", (300, 200), 50 / 36 * 300),
-        ("AUTO", (200, 300), 50 / 36 * 300),
-        ("HORIZONTAL", (200, 300), 50 / 36 * 200),
-        ("VERTICAL", (300, 200), 50 / 24 * 200),
-    ],
-)
-def test_focal_length_in_pixels_follows_the_camera(fit: str, size: tuple[int, int], expected: float) -> None:
-    scene, _ = _plane_scene()
-    camera = scene.camera.data
-    camera.type, camera.lens, camera.sensor_width, camera.sensor_height, camera.sensor_fit = "PERSP", 50, 36, 24, fit
-    scene.render.resolution_x, scene.render.resolution_y = size
-    scene.render.resolution_percentage = 50
-    node = compositor.insert(scene)
-    bpy.context.view_layer.update()
-    assert node.inputs["Focal"].default_value == pytest.approx(expected / 2, rel=1e-6)
-    assert node.inputs["Pixel"].default_value == 0
-    drivers = scene.compositing_node_group.animation_data.drivers
-    assert all(driver.driver.is_simple_expression for driver in drivers)
-
-
 def _state(scene: bpy.types.Scene) -> tuple:
     tree = scene.compositing_node_group
     layer = scene.view_layers[0]

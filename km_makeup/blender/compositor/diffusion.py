@@ -1,4 +1,4 @@
-"""Screen-space diffusion as a compositor group: a sum of Gaussians, millimetres wide on the skin.
+"""Screen-space diffusion as a compositor group: a sum of Gaussians, millimetres wide on the skin, that stops at steps.
 
 EEVEE renders the skin without subsurface scattering and hands over, pixel by pixel, the light that falls on it,
 its diffuse colour, the share of that colour that went through the skin, and a mask. The skin's part
@@ -6,16 +6,21 @@ its diffuse colour, the share of that colour that went through the skin, and a m
 
     inside = light * sqrt(s)        outside = sqrt(s) * sum_i w_i blur_i(inside)
 
-Blurs are masked (weight in alpha, divided out) and their width follows depth and slope along each axis:
+Blurs are masked (weight in alpha, divided out) and as wide as the surface in a pixel along each axis is long. Each
+Gaussian blurs the one before it by the difference of their variances, along x and then y, with five taps: the cost does
+not grow with the width. Blender's Blur is not used for this: where its size varies it is rounded to whole pixels.
 
-    pixels per mm = (mm in scene units) / sqrt((depth/f)^2 + slope^2)
+Aware of depth, no tap is taken from behind a step (`surface`), and pixels beside steps, where anti-aliasing mixed two
+surfaces, hand nothing on. They, and the pixels at the skin's edge, take the change of the skin beside them.
 
-with f the focal length in pixels. The picture is Combined plus what diffusion changes, ``sqrt(s)(sum - inside)``
-times the mask, so everything else in it stays as rendered. Source: Jimenez, Sundstedt, Gutierrez 2009, with the
-exact foreshortening in place of their correction factor.
+The picture is Combined plus what diffusion changes, ``sqrt(s)(sum - inside)`` times the mask, so everything else in
+it stays as rendered. Source: Jimenez, Sundstedt, Gutierrez 2009, with the exact length of surface in place of their
+correction factor, and steps as barriers in place of their depth weights.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import bpy
 import numpy as np
@@ -23,16 +28,38 @@ import numpy as np
 from ...optics.diffusion import GaussianProfile
 from ..nodes.expression import Colour, Scalar, Tree
 from ..nodes.groups import owned_group, signature_of
+from .levels import (
+    CURVED_ABOVE,
+    EDGE_FILL_PX,
+    FAR,
+    INSIDE,
+    NARROWEST,
+    SOFT,
+    TAPS,
+    WIDEST,
+    levels,
+    reach,
+    tap_spacing,
+)
+from .pixels import displaced
+from .surface import Along, Clearance, clearance, surface
 
-INSIDE = 0.98
-"""Pixels whose mask is above this are all skin: only they hand light on; edge pixels take from their neighbours."""
+LENS = {
+    "Focal": ("Focal length in widths of the image; 0 for an orthographic camera", 2.0),
+    "Span": ("Width of what an orthographic camera sees, scene units; 0 for a perspective camera", 0.0),
+    "Aspect": ("Height of a pixel by its width", 1.0),
+    "Shift X": ("Optical axis right of the middle of the image, in its widths", 0.0),
+    "Shift Y": ("Optical axis above the middle of the image, in its widths", 0.0),
+    "Millimetre": ("One millimetre in scene units", 0.001),
+}
+"""Inputs that drivers feed from the camera and the scene."""
 
-EDGE_FILL_PX = 2.0
-"""Standard deviation in pixels of the fill that gives edge pixels the change of the skin beside them."""
 
+def diffusion_group(profile: GaussianProfile, pixels_per_mm: float, aware: bool = True) -> bpy.types.NodeTree:
+    """The group for one profile (mm^2, three channels), for pictures of up to so many pixels per mm of skin.
 
-def diffusion_group(profile: GaussianProfile) -> bpy.types.NodeTree:
-    """The group for one profile (mm^2, three channels)."""
+    In larger ones the widest Gaussians end early beside steps and the narrowest ones show their taps.
+    """
 
     def build(tree: Tree) -> None:
         image = tree.colour_input("Image", "Combined pass, the skin without subsurface scattering")
@@ -41,51 +68,114 @@ def diffusion_group(profile: GaussianProfile) -> bpy.types.NodeTree:
         share = tree.colour_input("Share", "AOV: share of the colour that went through the skin, per channel")
         mask = tree.scalar_input("Mask", "AOV: 1 where there is skin", 1.0)
         depth = tree.scalar_input("Depth", "Depth pass, scene units, planar", 1.0)
-        focal = tree.scalar_input("Focal", "Focal length in pixels; 0 for an orthographic camera", 1000.0)
-        pixel = tree.scalar_input("Pixel", "Size of a pixel of an orthographic camera in scene units", 0.0)
-        unit = tree.scalar_input("Millimetre", "One millimetre in scene units", 0.001)
+        lens = {name: tree.scalar_input(name, *about) for name, about in LENS.items()}
         inside = tree.less(INSIDE, mask)
         root = (colour * share / mask.maximum(1e-4)).maximum(0.0).sqrt()
         entering = light * root
-        masked = tree.with_alpha(entering * inside, inside)
-        footprint = _footprint(depth, focal, pixel)
-        scale_x = unit / _hypotenuse(footprint, _slope(tree, depth, inside, 1, 0))
-        scale_y = unit / _hypotenuse(footprint, _slope(tree, depth, inside, 0, 1))
-        total: Colour | None = None
-        for variance, weights in zip(profile.variances, profile.weights):
-            blurred = _masked_blur(tree, masked, scale_x * (3 * variance**0.5), scale_y * (3 * variance**0.5))
-            part = blurred * tree.colour(tuple(float(w) for w in weights))
-            total = part if total is None else total + part
-        assert total is not None
+        along = surface(tree, depth, inside, lens)
+        giving = inside
+        free: tuple[Clearance | None, Clearance | None] = (None, None)
+        if aware:
+            free, giving = _steps(tree, depth, inside, along, lens["Millimetre"], reach(profile, pixels_per_mm))
+        current = tree.with_alpha(entering * giving, giving)
+        total = _blurs(tree, current, giving, along, free, lens["Millimetre"], levels(profile, pixels_per_mm))
         change = (total - entering) * root
-        filled = _masked_blur(tree, tree.with_alpha(change * inside, inside), 3 * EDGE_FILL_PX, 3 * EDGE_FILL_PX)
-        both = change * inside + filled * (1.0 - inside)
+        held = tree.with_alpha(change * giving, giving)
+        filled = _over_weight(tree, tree.blur(tree.blur(held, 3 * EDGE_FILL_PX, 0.0), 0.0, 3 * EDGE_FILL_PX))
+        both = change * giving + filled * (1.0 - giving)
         tree.output("Image", image + both * mask, "Combined with the skin's light diffused")
 
-    signature = signature_of(np.asarray(profile.variances), np.asarray(profile.weights))
+    signature = signature_of(np.asarray(profile.variances), np.asarray(profile.weights), float(pixels_per_mm), aware)
     return owned_group("diffusion", signature, "KM Diffusion", build, "CompositorNodeTree")
 
 
-def _footprint(depth: Scalar, focal: Scalar, pixel: Scalar) -> Scalar:
-    """Size of a pixel at its depth, in scene units."""
-    return depth / focal.maximum(1e-6) * focal.positive() + pixel
+def _steps(
+    tree: Tree, depth: Scalar, inside: Scalar, along: tuple[Along, Along], millimetre: Scalar, doublings: int
+) -> tuple[tuple[Clearance, Clearance], Scalar]:
+    """Pixels free of steps along x and y, and who hands light on: pixels beside a step do not, two surfaces mix there."""
+    x = clearance(tree, depth, inside, along[0], millimetre, doublings, horizontal=True)
+    y = clearance(tree, depth, inside, along[1], millimetre, doublings, horizontal=False)
+    return (x, y), inside * (1.0 - x.beside.maximum(y.beside))
 
 
-def _hypotenuse(a: Scalar, b: Scalar) -> Scalar:
-    return (a * a + b * b).sqrt().maximum(1e-12)
+def _blurs(
+    tree: Tree,
+    current: Colour,
+    giving: Scalar,
+    along: tuple[Along, Along],
+    free: tuple[Clearance | None, Clearance | None],
+    millimetre: Scalar,
+    steps: Sequence[tuple[float, tuple[float, ...]]],
+) -> Colour:
+    """The weighted sum of all levels, each blurred from the one before."""
+    scale = [millimetre / one.length for one in along]
+    lengths = [one.length * tree.less(one.length, 0.5 * FAR) for one in along]
+    total: Colour | None = None
+    previous = 0.0
+    for variance, weights in steps:
+        sigma, curved = (variance - previous) ** 0.5, variance > CURVED_ABOVE
+        for axis in (0, 1):
+            group = spread_group(curved, free[axis] is not None, horizontal=axis == 0)
+            values = {"Image": current, "Sigma": scale[axis] * sigma}
+            if curved:
+                values["Length"] = lengths[axis]
+            clear = free[axis]
+            if clear is not None:
+                values |= {"Behind": clear.behind, "Ahead": clear.ahead}
+            current = Colour(tree, tree.group(group, **values).outputs["Image"])
+        level = _over_weight(tree, current)
+        if any(weights):
+            weighted = tree.colour(weights)
+            total = level * weighted if total is None else level.times_plus(weighted, total)
+        current = tree.with_alpha(level * giving, giving)
+        previous = variance
+    assert total is not None
+    return total
 
 
-def _slope(tree: Tree, depth: Scalar, inside: Scalar, x: int, y: int) -> Scalar:
-    """Change of depth from pixel to pixel along an axis: the smaller of the two one-sided ones, on the skin."""
-    far = 1e6
-    known = depth + (1.0 - inside) * far
-    ahead = (tree.moved(known, x, y) - depth).absolute()
-    behind = (tree.moved(known, -x, -y) - depth).absolute()
-    least = ahead.minimum(behind)
-    return least * tree.less(least, 1e4)
+def _over_weight(tree: Tree, image: Colour) -> Colour:
+    """Light by the weight that was gathered with it."""
+    return image / tree.alpha(image).maximum(1e-6)
 
 
-def _masked_blur(tree: Tree, image: Colour, size_x: Scalar | float, size_y: Scalar | float) -> Colour:
-    """Gaussian blur along x then y, divided by the blurred weight in alpha."""
-    wide = tree.blur(tree.blur(image, size_x, 0.0), 0.0, size_y)
-    return wide / tree.alpha(wide).maximum(1e-6)
+def spread_group(curved: bool, aware: bool, horizontal: bool) -> bpy.types.NodeTree:
+    """Group: one level of blur along an axis by five taps; weight in alpha.
+
+    ``curved``: the taps are placed by the length of surface on the way to them, not by that in the middle.
+    ``aware``: taps behind a step are left out.
+    """
+
+    def build(tree: Tree) -> None:
+        image = tree.colour_input("Image", "Light, its weight in alpha")
+        spacing = tap_spacing(tree.scalar_input("Sigma", "Standard deviation in pixels"))
+        length = tree.scalar_input("Length", "Length of surface in a pixel, scene units") if curved else None
+        free: tuple[Scalar | None, Scalar | None] = (None, None)
+        if aware:
+            free = (
+                tree.scalar_input("Behind", "Pixels without a step behind (left or below)"),
+                tree.scalar_input("Ahead", "Pixels without a step ahead (right or above)"),
+            )
+
+        def tap(distance: Scalar, side: float, source: Colour | Scalar) -> Colour:
+            away = distance * side
+            return displaced(tree, source, *((away, 0.0) if horizontal else (0.0, away)))
+
+        total, weight = image * TAPS[0], tree.alpha(image) * TAPS[0]
+        for clear, side in zip(free, (1.0, -1.0)):
+            first, second = spacing, spacing * 2.0
+            if length is not None:
+                there = tap(spacing, side, length).channels()[0]
+                there = there.maximum(length * NARROWEST).minimum(length * WIDEST)
+                first = spacing * 2.0 * length / (length + there).maximum(1e-12)
+                second = first + spacing * 2.0 * length / (there * 3.0 - length).maximum(there).maximum(1e-12)
+            for distance, part in ((first, TAPS[1]), (second, TAPS[2])):
+                seen = tap(distance, side, image)
+                share: Scalar | float = part
+                if clear is not None:
+                    share = ((clear + 0.5 - distance) / (spacing * SOFT + 0.5)).clamped() * part
+                total, weight = seen.times_plus(share, total), tree.alpha(seen) * share + weight
+        tree.output("Image", tree.with_alpha(total, weight), "Sum over the taps, the sum of weights in alpha")
+
+    axis = "X" if horizontal else "Y"
+    label = " ".join(["KM Spread", *(["Curved"] if curved else []), *([] if aware else ["Blind"]), axis])
+    return owned_group("diffusion spread", label, label, build, "CompositorNodeTree")

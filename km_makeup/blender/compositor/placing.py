@@ -7,6 +7,7 @@ was switched on for it (passes, AOVs, a tree of our own) is remembered on the no
 from __future__ import annotations
 
 import json
+import re
 
 import bpy
 
@@ -14,6 +15,7 @@ from ...errors import MakeupError
 from ...optics.diffusion import SKIN, GaussianProfile
 from ..shaders import MASK_AOV, SHARE_AOV
 from .diffusion import diffusion_group
+from .scale import finest_scale, refusal
 
 MARK = "km_makeup_diffusion"
 PASSES = ("use_pass_diffuse_direct", "use_pass_diffuse_color", "use_pass_z")
@@ -26,35 +28,63 @@ SOURCES = {
     "Depth": "Depth",
 }
 
-FOCAL = (
-    "0 if ortho == 1 else lens * percent / 100 * "
-    "((max(w, h) / width) if fit == 0 else ((w / width) if fit == 1 else (h / height)))"
-)
-PIXEL = "(ortho_scale / (max(w, h) * percent / 100)) if ortho == 1 else 0"
+SPAN = "(max(w*ax, h*ay) if fit == 0 else w*ax if fit == 1 else h*ay)"
+"""The side of the picture that the sensor's size belongs to, with the pixels' aspect."""
+
+PART = "(1 + cut*crop*(right - left - 1))"
+"""Share of the picture's width that is rendered: less than 1 where the border crops it."""
+
+DRIVERS = {
+    "Focal": f"0 if ortho == 1 else lens/(height if fit == 2 else width)*{SPAN}/(w*ax)/{PART}",
+    "Span": f"ortho_scale*w*ax/{SPAN}*{PART} if ortho == 1 else 0",
+    "Aspect": "ay/ax",
+    "Shift X": f"((1 - left - right)/2*cut*crop - shift_x*{SPAN}/(w*ax))/{PART}",
+    "Shift Y": f"((1 - low - high)/2*cut*crop*h/w - shift_y*{SPAN}/(w*ay))/{PART}",
+    "Millimetre": "0.001/unit",
+}
+"""Inputs of the group as simple expressions, which Blender evaluates without Python; `diffusion.LENS` says what they are."""
+
 SETTINGS = {
     "w": "render.resolution_x",
     "h": "render.resolution_y",
-    "percent": "render.resolution_percentage",
+    "ax": "render.pixel_aspect_x",
+    "ay": "render.pixel_aspect_y",
     "ortho": "camera.data.type",
     "ortho_scale": "camera.data.ortho_scale",
     "lens": "camera.data.lens",
     "fit": "camera.data.sensor_fit",
     "width": "camera.data.sensor_width",
     "height": "camera.data.sensor_height",
+    "shift_x": "camera.data.shift_x",
+    "shift_y": "camera.data.shift_y",
+    "cut": "render.use_border",
+    "crop": "render.use_crop_to_border",
+    "left": "render.border_min_x",
+    "right": "render.border_max_x",
+    "low": "render.border_min_y",
+    "high": "render.border_max_y",
+    "unit": "unit_settings.scale_length",
 }
 """Driver variables and the scene's properties they read."""
 
 
-def insert(scene: bpy.types.Scene, profile: GaussianProfile = SKIN) -> bpy.types.Node:
+def insert(
+    scene: bpy.types.Scene, profile: GaussianProfile = SKIN, aware: bool = True, pixels_per_mm: float | None = None
+) -> bpy.types.Node:
     """Put the group behind the scene's Render Layers node; a tree is made where there is none.
 
-    Raises MakeupError where the scene has no camera, or several Render Layers nodes show it.
+    ``aware``: no light across steps in depth. ``pixels_per_mm`` is found from the cameras where it is None.
+    Raises MakeupError where the picture cannot be diffused (`refusal`), or several Render Layers nodes show the scene.
     """
-    if scene.camera is None:
-        raise MakeupError(f"The scene {scene.name!r} has no camera; the width of the diffusion depends on it: add one.")
+    problem = refusal(scene)
+    if problem:
+        raise MakeupError(problem)
+    group = diffusion_group(profile, pixels_per_mm or finest_scale(scene), aware)
     existing = find(scene)
     if existing is not None:
-        existing.node_tree = diffusion_group(profile)
+        old = existing.node_tree
+        existing.node_tree = group
+        _delete(old)
         return existing
     made_tree = scene.compositing_node_group is None
     tree = _own_tree(scene) if made_tree else scene.compositing_node_group
@@ -69,17 +99,18 @@ def insert(scene: bpy.types.Scene, profile: GaussianProfile = SKIN) -> bpy.types
         aov.name, aov.type = name, "COLOR"
     targets = [link.to_socket for link in layers.outputs["Image"].links]
     node = tree.nodes.new("CompositorNodeGroup")
-    node.node_tree = diffusion_group(profile)
+    node.node_tree = group
     node.name = node.label = "KM Diffusion"
     node.location = (layers.location.x + 320, layers.location.y)
-    node[MARK] = json.dumps({"tree": made_tree, "passes": switched, "aovs": added, "layer": view_layer.name})
+    made = {"tree": made_tree, "passes": switched, "aovs": added, "layer": view_layer.name}
+    node[MARK] = json.dumps(made | {"precision": scene.render.compositor_precision})
+    scene.render.compositor_precision = "FULL"  # in half precision depth has no slopes
     for socket in targets:
         tree.links.new(node.outputs["Image"], socket)
     for source, target in SOURCES.items():
         tree.links.new(layers.outputs[source], node.inputs[target])
-    _drive(node.inputs["Focal"], scene, FOCAL)
-    _drive(node.inputs["Pixel"], scene, PIXEL)
-    node.inputs["Millimetre"].default_value = 0.001 / scene.unit_settings.scale_length
+    for name, expression in DRIVERS.items():
+        _drive(node.inputs[name], scene, expression)
     return node
 
 
@@ -92,7 +123,7 @@ def remove(scene: bpy.types.Scene) -> bool:
     made = json.loads(node[MARK])
     source = node.inputs["Image"].links[0].from_socket if node.inputs["Image"].is_linked else None
     targets = [link.to_socket for link in node.outputs["Image"].links]
-    for name in ("Focal", "Pixel"):
+    for name in DRIVERS:
         node.inputs[name].driver_remove("default_value")
     group = node.node_tree
     tree.nodes.remove(node)
@@ -101,11 +132,11 @@ def remove(scene: bpy.types.Scene) -> bool:
             tree.links.new(source, socket)
     if made["layer"] in scene.view_layers:
         _switch_off(scene.view_layers[made["layer"]], made)
+    scene.render.compositor_precision = made["precision"]
     if made["tree"]:
         scene.compositing_node_group = None
         bpy.data.node_groups.remove(tree)
-    if not group.users:
-        bpy.data.node_groups.remove(group)
+    _delete(group)
     return True
 
 
@@ -113,6 +144,18 @@ def find(scene: bpy.types.Scene) -> bpy.types.Node | None:
     """The diffusion node in the scene's compositor, if there is one."""
     tree = scene.compositing_node_group
     return next((node for node in tree.nodes if node.get(MARK)), None) if tree else None
+
+
+def _delete(group: bpy.types.NodeTree) -> None:
+    """Delete a group and those that only it used."""
+    waiting = [group]
+    while waiting:
+        tree = waiting.pop()
+        if tree.users:
+            continue
+        inner = {node.node_tree for node in tree.nodes if node.bl_idname == "CompositorNodeGroup" and node.node_tree}
+        bpy.data.node_groups.remove(tree)
+        waiting += inner
 
 
 def _switch_off(view_layer: bpy.types.ViewLayer, made: dict) -> None:
@@ -148,8 +191,9 @@ def _drive(socket: bpy.types.NodeSocket, scene: bpy.types.Scene, expression: str
     """A driver of simple expressions only, which Blender evaluates without Python."""
     driver = socket.driver_add("default_value").driver
     driver.type = "SCRIPTED"
+    words = set(re.findall(r"[a-z_]+", expression))
     for name, path in SETTINGS.items():
-        if name not in expression:
+        if name not in words:
             continue
         variable = driver.variables.new()
         variable.name, variable.type = name, "SINGLE_PROP"

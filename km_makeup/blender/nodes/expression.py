@@ -67,6 +67,8 @@ class Scalar(Socket):
         """This to a power; 0 stays 0."""
         return self._math("POWER", exponent)
 
+    __pow__ = power
+
     def clamped(self) -> Scalar:
         """Limited to 0..1."""
         return self._math("ADD", 0.0, clamp=True)
@@ -82,6 +84,10 @@ class Scalar(Socket):
     def absolute(self) -> Scalar:
         """Without its sign."""
         return self._math("ABSOLUTE")
+
+    def grey(self) -> Colour:
+        """The same number in three channels."""
+        return Colour(self.tree, self.socket)
 
     def positive(self) -> Scalar:
         """1 where this is above 0, else 0."""
@@ -253,7 +259,8 @@ class Tree:
 
     def group(self, group: bpy.types.NodeTree, **values: Socket | Number | Sequence[float] | None) -> bpy.types.Node:
         """An instance of a group, its inputs fed by keyword (spaces in names as underscores)."""
-        node = self.node("ShaderNodeGroup", node_tree=group)
+        kind = "CompositorNodeGroup" if self.tree.bl_idname == "CompositorNodeTree" else "ShaderNodeGroup"
+        node = self.node(kind, node_tree=group)
         for name, value in values.items():
             self.feed(node.inputs[name.replace("_", " ")], value)
         return node
