@@ -46,9 +46,11 @@ def parser() -> argparse.ArgumentParser:
     _render_parser(_command(commands, "render", "render a head with makeup to PNG or EXR", _render))
     _bake_parser(_command(commands, "bake", "bake the makeup of a head to textures", _bake))
     _command(commands, "doctor", "check Blender, packages, products and a small computation", _doctor)
+    from .accuracy.commands import add_accuracy_command
     from .products.commands import add_products_command
 
     add_products_command(commands)
+    add_accuracy_command(commands)
     return top
 
 

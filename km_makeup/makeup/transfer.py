@@ -30,14 +30,14 @@ DARKEST = 0.003
 """Reflectance below which differences are no longer weighted more."""
 
 
-def stop_positions() -> NDArray:
-    """Positions 0..1 of the stops on the ramp, (STOPS,); the painted value there is the position squared."""
-    return np.round(np.arange(STOPS) * TABLE / (STOPS - 1)) / TABLE
+def stop_positions(stops: int = STOPS) -> NDArray:
+    """Positions 0..1 of the stops on the ramp, (stops,); the painted value there is the position squared."""
+    return np.round(np.arange(stops) * TABLE / (stops - 1)) / TABLE
 
 
 @dataclass(frozen=True)
 class Transfer:
-    """One film as ``out = a + M c``: ``a`` (STOPS, 3), ``M`` (STOPS, 3, 3), c and out linear RGB columns."""
+    """One film as ``out = a + M c``: ``a`` (stops, 3), ``M`` (stops, 3, 3), c and out linear RGB columns."""
 
     a: NDArray
     M: NDArray
@@ -46,30 +46,32 @@ class Transfer:
     def apply(self, value: NDArray, c: NDArray) -> NDArray:
         """Colour (..., 3) of the film painted ``value`` (...,) thick over the colours c (..., 3), as the nodes do it."""
         x = np.sqrt(np.clip(value, 0, 1))
-        positions = stop_positions()
+        positions = stop_positions(len(self.a))
         table = np.concatenate([self.a, self.M.reshape(len(self.M), 9)], axis=1)
         row = np.stack([np.interp(x, positions, table[:, i]) for i in range(12)], axis=-1)
         return row[..., :3] + np.einsum("...ij,...j->...i", row[..., 3:].reshape(*x.shape, 3, 3), c)
 
 
-def fit_transfers(coats: Sequence[Coat], skins: NDArray, interface: Interface | None, bands: Bands) -> list[Transfer]:
+def fit_transfers(
+    coats: Sequence[Coat], skins: NDArray, interface: Interface | None, bands: Bands, stops: int = STOPS
+) -> list[Transfer]:
     """The transfers of a stack's films, bottom to top.
 
     Parameters: ``coats`` at the wavelengths of ``bands``; ``skins`` (count, bands), apparent reflectance of
-    the skins to be met; ``interface`` as `interface_of` gives it.
+    the skins to be met; ``interface`` as `interface_of` gives it; ``stops`` how many thicknesses are tabulated.
 
     Each state in the chain is what would be seen through the air if the stack ended there.
     """
     ground = np.atleast_2d(skins)
     transfers = []
     for one in coats:
-        transfers.append(_fit_one(one, ground, interface, bands))
+        transfers.append(_fit_one(one, ground, interface, bands, stops))
         ground = _under_next(one, ground, interface)
     return transfers
 
 
-def _fit_one(one: Coat, ground: NDArray, interface: Interface | None, bands: Bands) -> Transfer:
-    values = stop_positions() ** 2
+def _fit_one(one: Coat, ground: NDArray, interface: Interface | None, bands: Bands, stops: int) -> Transfer:
+    values = stop_positions(stops) ** 2
     optics = on_skin([one.at(values)], interface)
     W = bands.weights
     c = ground @ W

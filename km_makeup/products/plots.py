@@ -71,7 +71,7 @@ def product_svg(product: Product, readings: Sequence[Line] = ()) -> str:
     """The plots of a product as the text of an SVG file; the same product gives the same text."""
     import xml.etree.ElementTree as ET
 
-    zp = _ziaplot()
+    zp = plotting_library()
     panels = [
         (f"{product.name}: reflectance", [*reflectances(product), *readings], False),
         ("Absorption K, scattering S (1/mm)", coefficients(product), _spans(product)),
@@ -174,7 +174,7 @@ def _band(zp: Any, line: Line, low: float, high: float, logarithmic: bool) -> An
     return zp.Polygon(edge).color("none").fill(f"{line.colour} 20%")
 
 
-def _ziaplot() -> Any:
+def plotting_library() -> Any:
     """The plotting library, set to draw the same on every machine."""
     try:
         import ziaplot

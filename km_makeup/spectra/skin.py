@@ -28,7 +28,9 @@ SHRINKAGE = 0.1
 """Share of Mallett and Yuksel's basis in every spectrum: of 0 to .2 the best on skins that the basis was not fitted to."""
 
 
-def upsample_skin(rgb: ArrayLike, light: Light = "D65", space: str = "Linear Rec.709") -> NDArray:
+def upsample_skin(
+    rgb: ArrayLike, light: Light = "D65", space: str = "Linear Rec.709", shrinkage: float = SHRINKAGE
+) -> NDArray:
     """Reflectance spectra of a skin texture's colours; `to_rgb` of the result gives the colours back.
 
     Parameters
@@ -39,6 +41,8 @@ def upsample_skin(rgb: ArrayLike, light: Light = "D65", space: str = "Linear Rec
         The light under which the texture has these colours (not the light of the scene).
     space
         One of SPACES.
+    shrinkage
+        Share of Mallett and Yuksel's basis, 0..1; 1 is theirs alone.
 
     Returns
     -------
@@ -57,7 +61,7 @@ def upsample_skin(rgb: ArrayLike, light: Light = "D65", space: str = "Linear Rec
     if not np.isfinite(colours).all():
         raise MakeupError("A skin colour is not a finite number; repair the texture.")
     key = (light_spectrum(light).tobytes(), check_space(space))
-    skin, smooth = (basis.astype(colours.dtype) for basis in (_shrunk(*key), _mallett(*key)))
+    skin, smooth = (basis.astype(colours.dtype) for basis in (_shrunk(*key, shrinkage), _mallett(*key)))
     flat = colours.reshape(-1, 3)
     spectra = np.empty((len(flat), len(skin)), dtype=colours.dtype)
     for start in range(0, len(flat), CHUNK):
@@ -84,9 +88,9 @@ def _into_range(spectra: NDArray, smooth: NDArray) -> NDArray:
 
 
 @functools.lru_cache(maxsize=16)
-def _shrunk(light: bytes, space: str) -> NDArray[np.float64]:
+def _shrunk(light: bytes, space: str, shrinkage: float) -> NDArray[np.float64]:
     basis = _exact(np.array(skin_file()["basis"]), light, space)
-    return (1 - SHRINKAGE) * basis + SHRINKAGE * _mallett(light, space)
+    return (1 - shrinkage) * basis + shrinkage * _mallett(light, space)
 
 
 @functools.lru_cache(maxsize=16)

@@ -1,0 +1,164 @@
+"""The page of a measurement: for each ladder its answer in a sentence, a plot of error over time, and the table.
+
+One file without anything from the network: plots are SVG inside it, and hovering over a point names its rung.
+"""
+
+from __future__ import annotations
+
+import html
+import re
+import xml.etree.ElementTree as ET
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..products.plots import plotting_library
+from .ladder import Measured, Result
+from .report import fastest
+
+SIZE = (860, 460)
+FRONT, OTHER, CURRENT = "#b5345a", "#8a93a6", "#1f6f5c"
+LEAST = 1e-4
+"""Errors below this are drawn on the lowest line: a logarithmic axis has no 0."""
+
+STYLE = """
+:root { color-scheme: light dark; --ink: #22252b; --soft: #5c6470; --paper: #fbfaf8; --line: #dcd8d0; --mark: #b5345a; }
+@media (prefers-color-scheme: dark) { :root { --ink: #e8e6e1; --soft: #a3a9b3; --paper: #17191d; --line: #363a42; } .plot { filter: invert(0.9) hue-rotate(180deg); } }
+body { font: 15px/1.55 system-ui, sans-serif; color: var(--ink); background: var(--paper); margin: 0 auto; padding: 2rem 1.2rem 4rem; max-width: 60rem; }
+h1 { font-size: 1.7rem; margin: 0 0 .3rem; } h2 { font-size: 1.25rem; margin: 2.6rem 0 .4rem; }
+p.soft, figcaption { color: var(--soft); } .answer { border-left: 3px solid var(--mark); padding: .1rem 0 .1rem .9rem; font-size: 1.05rem; }
+.scroll { overflow-x: auto; } table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; margin-top: .8rem; }
+th, td { text-align: right; padding: .22rem .55rem; border-bottom: 1px solid var(--line); white-space: nowrap; }
+th:first-child, td:first-child, td:last-child, th:last-child { text-align: left; } td:last-child { white-space: normal; color: var(--soft); }
+tr.front td:first-child { color: var(--mark); font-weight: 600; } tr.current td:first-child::after { content: " ◀ now"; color: #1f6f5c; }
+svg { max-width: 100%; height: auto; } circle.point { fill: transparent; cursor: help; } circle.point:hover { fill: rgba(181, 52, 90, .25); }
+.shots { display: flex; flex-wrap: wrap; gap: .8rem; } .shots figure { margin: 0; width: 13rem; } .shots img { width: 100%; }
+"""
+
+
+def page(results: Sequence[Result], made: dict[str, str], current: Sequence[str] = ()) -> str:
+    """The page as one HTML text.
+
+    Parameters: the ladders measured; what they were measured on, as `report.machine` gives it; ``current`` the settings in
+    force ("path LIVE", "bands 81"), whose rungs are marked.
+    """
+    parts = [_section(result, set(current)) for result in results if result.rungs]
+    facts = ", ".join(f"{key} {value}" for key, value in made.items())
+    return (
+        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">'
+        f"<title>Accuracy and time</title><style>{STYLE}</style></head><body>"
+        "<h1>What accuracy costs in time</h1>"
+        '<p class="soft">Every point is a way to compute the same thing. Further down is nearer to the truth, further left is '
+        "faster; red points are those that no other beats in both. Times are of this machine: compare their ratios.</p>"
+        f"{''.join(parts)}"
+        f'<h2>Measured on</h2><p class="soft">{html.escape(facts)}</p></body></html>\n'
+    )
+
+
+def _section(result: Result, current: set[str]) -> str:
+    ladder = result.ladder
+    return (
+        f"<h2>{html.escape(ladder.title)}</h2>"
+        f'<p class="answer">{html.escape(answer(result))}</p>'
+        f'<figure style="margin:0"><div class="plot">{plot(result, current)}</div><figcaption>Mean error in '
+        f"{html.escape(ladder.unit)} against {html.escape(ladder.reference)}; time of {html.escape(ladder.run_of)}, as a "
+        "multiple of the fastest.</figcaption></figure>"
+        f"{_table(result, current)}"
+    )
+
+
+def answer(result: Result, visible: float = 0.5) -> str:
+    """The ladder's answer in a sentence: the fastest rung whose error stays invisible, and what the best one costs more."""
+    base = fastest(result)
+    good = [r for r in result.rungs if r.error.p99 <= visible]
+    best = min(result.rungs, key=lambda r: (r.error.mean, r.times.later))
+    if not good:
+        return (
+            f"No way here keeps 99 % of the errors below {visible:g} {result.ladder.unit}; the nearest, {best.name}, has "
+            f"{best.error.p99:.2f}."
+        )
+    quick = min(good, key=lambda r: r.times.later)
+    text = (
+        f"The fastest way that keeps 99 % of the errors below {visible:g} {result.ladder.unit} is {quick.name} "
+        f"(mean {quick.error.mean:.3f}, {quick.times.later / base:.1f} times the fastest of all)"
+    )
+    if best.name == quick.name:
+        return text + "; it is also the most accurate."
+    times = best.times.later / quick.times.later
+    return text + f"; the most accurate, {best.name}, has {best.error.mean:.2g} and takes {times:.1f} times as long."
+
+
+def plot(result: Result, current: set[str]) -> str:
+    """Error over time as SVG, both axes logarithmic."""
+    zp = plotting_library()
+    base = fastest(result)
+    x = {r.name: r.times.later / base for r in result.rungs}
+    y = {r.name: max(r.error.mean, LEAST) for r in result.rungs}
+    graph = zp.GraphLogXY()
+    graph.css(
+        "Graph.XName {font_size: 12;} Graph.YName {font_size: 12;} Graph.TickX {font_size: 11;} Graph.TickY {font_size: 11;}"
+    )
+    graph.axesnames("time, multiple of the fastest", f"mean error, {result.ladder.unit}")
+    graph.xrange(*_decades(x.values())).yrange(*_decades(y.values()))
+    front = sorted((r for r in result.rungs if r.on_front), key=lambda r: x[r.name])
+    if len(front) > 1:
+        line = zp.PolyLine([x[r.name] for r in front], [y[r.name] for r in front])
+        graph.add(line.color(FRONT).strokewidth(1).stroke("--"))
+    for rung in result.rungs:
+        colour = CURRENT if rung.setting and rung.setting in current else FRONT if rung.on_front else OTHER
+        graph.add(zp.Scatter([x[rung.name]], [y[rung.name]]).marker("o", 5 if rung.on_front else 4).color(colour))
+    graph.size(*SIZE)
+    root = graph.svgxml()
+    _add_hover(root, result, base)
+    return ET.tostring(root, encoding="unicode")
+
+
+def _add_hover(root: ET.Element, result: Result, base: float) -> None:
+    """Circles over the points, in the order they were drawn, with the rungs' names as titles, and names beside the front's."""
+    points = [e for e in root.iter("path") if "marker-start" in e.attrib or "marker-mid" in e.attrib]
+    places = [m for e in points if (m := re.fullmatch(r"\s*M\s*([-\d.]+)[ ,]([-\d.]+)[\sL]*", e.get("d", "")))]
+    if len(places) != len(result.rungs):
+        return  # another version of the library draws points in another way: the plot stands without hovering
+    for rung, place in zip(result.rungs, places):
+        px, py = (float(v) for v in place.groups())
+        circle = ET.SubElement(root, "circle", {"cx": f"{px:g}", "cy": f"{py:g}", "r": "9", "class": "point"})
+        ET.SubElement(circle, "title").text = _hover(rung, result, base)
+        if rung.on_front:
+            right = px > SIZE[0] - 190
+            label = ET.SubElement(
+                root, f"{SVG}text",
+                {"x": f"{px + (-10 if right else 10):g}", "y": f"{py - 7:g}", "font-size": "12", "font-family": "sans-serif",
+                 "fill": FRONT, "text-anchor": "end" if right else "start"},
+            )  # fmt: skip
+            label.text = rung.name
+
+
+def _hover(rung: Measured, result: Result, base: float) -> str:
+    return (
+        f"{rung.name}: {rung.about}\nerror mean {rung.error.mean:.4f}, 99 % {rung.error.p99:.4f}, max {rung.error.max:.4f} "
+        f"{result.ladder.unit}\n{1e3 * rung.times.later:.2f} ms, {rung.times.later / base:.1f} times the fastest"
+    )
+
+
+def _decades(values: Any) -> tuple[float, float]:
+    logs = np.log10(list(values))
+    return float(10 ** np.floor(logs.min() - 0.05)), float(10 ** np.ceil(logs.max() + 0.05))
+
+
+def _table(result: Result, current: set[str]) -> str:
+    base = fastest(result)
+    head = ("", "mean", "99 %", "max", "time", "× fastest", "± %", "prepare", "MB", "what it is")
+    lines = []
+    for r in result.rungs:
+        spread = 100 * r.times.spread / r.times.later if r.times.later else 0
+        cells = (
+            r.name, f"{r.error.mean:.3f}", f"{r.error.p99:.3f}", f"{r.error.max:.3f}", f"{1e3 * r.times.later:.1f} ms",
+            f"{r.times.later / base:.1f}", f"{spread:.0f}", f"{1e3 * r.times.prepare:.0f} ms", f"{r.times.memory_mb:.1f}", r.about,
+        )  # fmt: skip
+        kind = " ".join(
+            name for name, on in (("front", r.on_front), ("current", bool(r.setting) and r.setting in current)) if on
+        )
+        lines.append(f'<tr class="{kind}">{"".join(f"<td>{html.escape(c)}</td>" for c in cells)}</tr>')
+    header = "".join(f"<th>{html.escape(one)}</th>" for one in head)
+    return f'<div class="scroll"><table><thead><tr>{header}</tr></thead><tbody>{"".join(lines)}</tbody></table></div>'
