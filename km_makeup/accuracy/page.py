@@ -127,7 +127,7 @@ def _add_hover(root: ET.Element, result: Result, base: float) -> None:
         if rung.on_front:
             right = px > SIZE[0] - 190
             label = ET.SubElement(
-                root, f"{SVG}text",
+                root, "text",
                 {"x": f"{px + (-10 if right else 10):g}", "y": f"{py - 7:g}", "font-size": "12", "font-family": "sans-serif",
                  "fill": FRONT, "text-anchor": "end" if right else "start"},
             )  # fmt: skip

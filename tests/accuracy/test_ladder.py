@@ -17,7 +17,6 @@ from km_makeup.accuracy import commands, ladder, page, report
 from km_makeup.accuracy.ladder import Ladder, Measured, Rung, Times, marked, measure
 from km_makeup.accuracy.pictures import Spread
 
-
 SVG = "{http://www.w3.org/2000/svg}"
 
 
