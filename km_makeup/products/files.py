@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import stat
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -87,7 +88,10 @@ def _value_text(value: Any) -> str:
 def load_json(file: Path, largest: int = LARGEST_FILE) -> dict[str, Any]:
     """The object in a JSON file; MakeupError where there is none, or a number is NaN or infinite."""
     try:
-        if file.stat().st_size > largest:
+        about = file.stat()
+        if not stat.S_ISREG(about.st_mode):
+            raise MakeupError("it is no file; give the file itself.")
+        if about.st_size > largest:
             raise MakeupError(f"it is larger than {largest / 1e6:g} MB, which no such file is; check what it is.")
         data = json.loads(file.read_text(encoding="utf-8-sig"), parse_constant=_no_constant)
     except OSError as error:

@@ -18,6 +18,8 @@ Spectrum = NDArray[np.float64]
 
 ID_PATTERN = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 LONGEST_ID = 80
+_DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(1, 10))}
+"""Names that Windows keeps for devices: no file can have them."""
 
 
 class Form(StrEnum):
@@ -123,7 +125,12 @@ class Product:
 
 def check_id(identifier: str) -> str:
     """The id, if it is made of a-z, 0-9 and single dashes (it names a file); MakeupError otherwise."""
-    if not isinstance(identifier, str) or len(identifier) > LONGEST_ID or not ID_PATTERN.fullmatch(identifier):
+    if (
+        not isinstance(identifier, str)
+        or len(identifier) > LONGEST_ID
+        or not ID_PATTERN.fullmatch(identifier)
+        or identifier in _DEVICES
+    ):
         raise MakeupError(
             f"{str(identifier)[:LONGEST_ID]!r} cannot be a product's id; use a-z, 0-9 and single dashes, as in lipstick-berry."
         )

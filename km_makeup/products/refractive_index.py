@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MakeupError
-
-LARGEST_FILE = 4_000_000
+from .readers.measured import number, read_text
 
 
 @dataclass(frozen=True)
@@ -53,14 +52,7 @@ def read_refractive_index(path: str | os.PathLike[str]) -> RefractiveIndex:
     Raises MakeupError where the file is missing, too large, not text, or holds data of a type not known here.
     """
     file = Path(path)
-    try:
-        if file.stat().st_size > LARGEST_FILE:
-            raise MakeupError(f"{file} is larger than 4 MB; a refractive index is a small table.")
-        lines = file.read_text(encoding="utf-8-sig").splitlines()
-    except OSError as error:
-        raise MakeupError(f"Cannot read the refractive index {file}: {error.strerror}; check the path.") from None
-    except UnicodeDecodeError:
-        raise MakeupError(f"{file} is not UTF-8 text; give a YAML file of refractiveindex.info.") from None
+    lines = read_text(file).splitlines()
     table_n = table_k = None
     formula: int = 0
     coefficients: tuple[float, ...] = ()
@@ -71,6 +63,8 @@ def read_refractive_index(path: str | os.PathLike[str]) -> RefractiveIndex:
             table = _table(body.get("data", ""), 3 if kind.endswith("nk") else 2, file)
             if "n" in kind.split()[1]:
                 table_n = table[:, :2]
+                if table_n[:, 1].min() <= 0:
+                    raise MakeupError(f"{file}: a table holds a refractive index of 0 or less; mend that row.")
             if "k" in kind.split()[1]:
                 table_k = table[:, [0, -1]]
         else:
@@ -145,14 +139,16 @@ def _table(text: str, columns: int, file: Path) -> NDArray[np.float64]:
     table = table[np.argsort(table[:, 0], kind="stable")]
     if not np.isfinite(table).all() or table[:, 0].min() <= 0:
         raise MakeupError(f"{file}: a table holds a number that is not finite or a wavelength below 0; mend that row.")
+    if table[0, 0] > 1e7:
+        raise MakeupError(f"{file}: a table starts at {table[0, 0] / 1e6:g} mm; its wavelengths belong in micrometres.")
     return table
 
 
 def _row(text: str, file: Path) -> list[float]:
-    try:
-        return [float(cell) for cell in text.split()]
-    except ValueError:
-        raise MakeupError(f"{file}: {text[:60]!r} is no row of numbers.") from None
+    found = [number(cell) for cell in text.split()]
+    if None in found:
+        raise MakeupError(f"{file}: {text[:60]!r} is no row of numbers.")
+    return [one for one in found if one is not None]
 
 
 def _integer(kind: str, file: Path) -> int:

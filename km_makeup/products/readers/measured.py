@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import stat
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -14,9 +16,19 @@ from ...spectra import resample
 
 Array = NDArray[np.float64]
 
-LARGEST_FILE = 32_000_000
-MOST_SPECTRA = 20_000
+LARGEST_FILE = 6_000_000
+MOST_LINES, LONGEST_LINE = 100_000, 400_000
+MOST_SPECTRA, MOST_CELLS = 20_000, 1_000_000
+"""Bounds of what is taken for a table of spectra: the largest known, 15,256 skins on 31 wavelengths, has 3 MB."""
+
+DARKEST = -0.05
+"""Reflectances below this are no noise of a dark sample but a mistake."""
+
 PLAUSIBLE_NM = (150.0, 4000.0)
+
+
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_CONTROL = re.compile(r"[\x00-\x08\x0b\x0e-\x1f]")
 
 
 class Scale(StrEnum):
@@ -77,8 +89,14 @@ def measured(wavelengths: Array, values: Array, names: list[str], scale: Scale |
         twice = next(value for value in np.unique(nm) if np.count_nonzero(nm == value) > 1)
         raise MakeupError(f"the wavelength {twice:g} nm occurs more than once; keep one of them.")
     kind = scale or _told_scale(float(spectra.max()), hint)
-    order = np.argsort(nm)
     factor = 0.01 if kind == Scale.PERCENT else 1.0
+    if kind != Scale.AS_IS and (factor * spectra < DARKEST).any():
+        row, column = (int(index) for index in np.argwhere(factor * spectra < DARKEST)[0])
+        raise MakeupError(
+            f"{names[row][:40] or f'spectrum {row + 1}'!r} has the reflectance {factor * spectra[row, column]:g} at {nm[column]:g} nm; "
+            "mend it, or say that the values are no reflectances (scale as is)."
+        )
+    order = np.argsort(nm)
     return Measured(nm[order], spectra[:, order] * factor, tuple(_unique(names)), kind)
 
 
@@ -93,18 +111,16 @@ def number(text: str, decimal_comma: bool = False) -> float | None:
     cell = text.strip().strip('"')
     if decimal_comma:
         cell = cell.replace(",", ".")
-    if not cell or len(cell) > 40 or not set(cell) <= set("0123456789.+-eE"):
-        return None
-    try:
-        return float(cell)
-    except ValueError:
-        return None
+    return float(cell) if len(cell) <= 40 and _NUMBER.fullmatch(cell) else None
 
 
 def read_text(file: Path) -> str:
     """The text of a file in UTF-8 or UTF-16 with a byte order mark, otherwise UTF-8 or Latin-1; MakeupError where it is none."""
     try:
-        if file.stat().st_size > LARGEST_FILE:
+        about = file.stat()
+        if not stat.S_ISREG(about.st_mode):
+            raise MakeupError(f"{file} is no file; give the file itself.")
+        if about.st_size > LARGEST_FILE:
             raise MakeupError(f"{file} is larger than {LARGEST_FILE / 1e6:g} MB; spectra are small tables.")
         raw = file.read_bytes()
     except OSError as error:
@@ -120,9 +136,26 @@ def read_text(file: Path) -> str:
             text = raw.decode(encoding)
         except UnicodeDecodeError:
             continue
-        if text.strip() and not any(ord(mark) < 32 and mark not in "\t\r\n\f" for mark in text):
-            return text
+        if not text.isspace() and text and _CONTROL.search(text) is None:
+            return _bounded(text, file)
     raise MakeupError(f"{file} is empty or no text; give a CSV, .spdx, CGATS or CxF file.")
+
+
+def _bounded(text: str, file: Path) -> str:
+    """The text, if it has no more and no longer lines than a table of spectra; read line by line, nothing is copied."""
+    start = count = 0
+    while start < len(text):
+        end = text.find("\n", start)
+        end = len(text) if end < 0 else end
+        count += 1
+        if count > MOST_LINES:
+            raise MakeupError(
+                f"{file} has more than {MOST_LINES} lines, which no table of spectra has; check what it is."
+            )
+        if end - start > LONGEST_LINE:
+            raise MakeupError(f"{file}: line {count} has more than {LONGEST_LINE} letters; check what the file is.")
+        start = end + 1
+    return text
 
 
 def _says_percent(hint: str) -> bool:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 
 import numpy as np
 
 from ...errors import MakeupError
-from .measured import Measured, Scale, measured, number
+from .measured import MOST_CELLS, Measured, Scale, measured, number
 
+_FIRST = re.compile(r"(?i)\s*(wave|nm|wl\b|lambda|λ|um|µm)")
 _LOOK_AT = 200
 """Rows that are looked at to find out the shape of a table."""
 
@@ -20,15 +22,15 @@ def parse_table(text: str, scale: Scale | None = None) -> Measured:
     Separators, decimal commas, direction and units are told from the table. Rows before the table are taken
     as a heading; below it every row must be complete.
     """
-    rows, decimal_comma = _cells(text)
+    rows, widths, decimal_comma = _cells(text)
     across = _header_of_wavelengths(rows, decimal_comma)
     if across is not None:
         return _from_rows(rows, across, decimal_comma, scale)
-    return _from_columns(rows, decimal_comma, scale)
+    return _from_columns(rows, widths, decimal_comma, scale)
 
 
-def _cells(text: str) -> tuple[list[list[str]], bool]:
-    """The cells of all rows that are not empty, and whether numbers have decimal commas."""
+def _cells(text: str) -> tuple[list[list[str]], list[int], bool]:
+    """The cells of all rows that are not empty, how many each had with empty ones at its end, and whether numbers have decimal commas."""
     lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
     if not lines:
         raise MakeupError("there is no table in it.")
@@ -37,6 +39,8 @@ def _cells(text: str) -> tuple[list[list[str]], bool]:
     if separator is None and sum("," in line for line in sample) > len(sample) / 2:
         blank_too = sum(_is_pair_of_comma_numbers(line) for line in sample)
         separator = None if blank_too > len(sample) / 2 else ","
+    if sum(line.count(separator) if separator else len(line.split()) for line in lines) > MOST_CELLS:
+        raise MakeupError(f"it has more than {MOST_CELLS} numbers; split it.")
     body = "\n".join(lines)
     if separator is None:
         rows = [line.split() for line in lines]
@@ -46,9 +50,10 @@ def _cells(text: str) -> tuple[list[list[str]], bool]:
         except csv.Error as error:
             raise MakeupError(f"it is no table ({error}).") from None
     cells = [[cell.strip() for cell in row] for row in rows]
-    cells = [row[: len(row) - _empty_at_the_end(row)] for row in cells]
-    commas = sum("," in cell for row in cells[:_LOOK_AT] for cell in row)
-    return [row for row in cells if row], separator != "," and commas > 0
+    both = [(row[: len(row) - _empty_at_the_end(row)], len(row)) for row in cells]
+    both = [(row, width) for row, width in both if row]
+    commas = sum("," in cell for row, _ in both[:_LOOK_AT] for cell in row)
+    return [row for row, _ in both], [width for _, width in both], separator != "," and commas > 0
 
 
 def _is_pair_of_comma_numbers(line: str) -> bool:
@@ -99,7 +104,7 @@ def _from_rows(rows: list[list[str]], header: int, decimal_comma: bool, scale: S
     return measured(np.array(nm), np.array(values, dtype=np.float64), names, scale, _words(rows[: header + 1]))
 
 
-def _from_columns(rows: list[list[str]], decimal_comma: bool, scale: Scale | None) -> Measured:
+def _from_columns(rows: list[list[str]], widths: list[int], decimal_comma: bool, scale: Scale | None) -> Measured:
     start = next((i for i, row in enumerate(rows) if len(row) > 1 and _all_numbers(row, decimal_comma)), None)
     if start is None:
         raise MakeupError("there is no row of numbers in it; give wavelengths and values, a row each.")
@@ -111,6 +116,13 @@ def _from_columns(rows: list[list[str]], decimal_comma: bool, scale: Scale | Non
         table.append([number(cell, decimal_comma) for cell in row])
     values = np.array(table, dtype=np.float64)
     heading = rows[start - 1] if start and 1 < len(rows[start - 1]) <= width else []
+    if len(heading) > 1 and len(heading) == width - 1 == widths[start - 1] and not _FIRST.match(heading[0]):
+        heading = ["", *heading]  # the column of wavelengths has no name
+    elif heading and widths[start - 1] < widths[start] and width == 2 * len(heading) - 1:
+        raise MakeupError(
+            f"its heading has {len(heading)} names and its rows {width} numbers; "
+            "numbers with decimal commas need semicolons or tabs between them."
+        )
     names = [*heading[1:], *[""] * (width - max(len(heading), 1))]
     return measured(values[:, 0], values[:, 1:].T, names, scale, _words(rows[:start]))
 
