@@ -89,6 +89,7 @@ def timed_stack() -> Stack:
 def colour_ladder(stacks: Sequence[Stack] | None = None, timed: Stack | None = None) -> Ladder:
     """The ladder; other cases and another timed stack may be given."""
     cases, work = tuple(stacks or reference_cases()), timed or timed_stack()
+    delta_e(np.ones(3), np.ones(3))  # colour-science is imported before anything is timed
     return Ladder(
         "colour",
         "Colour of films over skin",

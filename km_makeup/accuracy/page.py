@@ -9,7 +9,7 @@ import html
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,18 +19,21 @@ from .report import fastest
 
 SIZE = (860, 460)
 FRONT, OTHER, CURRENT = "#b5345a", "#8a93a6", "#1f6f5c"
+LETTER = 6.6
+"""Width of a letter of 12 pixels, about."""
+
 LEAST = 1e-4
 """Errors below this are drawn on the lowest line: a logarithmic axis has no 0."""
 
 STYLE = """
 :root { color-scheme: light dark; --ink: #22252b; --soft: #5c6470; --paper: #fbfaf8; --line: #dcd8d0; --mark: #b5345a; }
 @media (prefers-color-scheme: dark) { :root { --ink: #e8e6e1; --soft: #a3a9b3; --paper: #17191d; --line: #363a42; } .plot { filter: invert(0.9) hue-rotate(180deg); } }
-body { font: 15px/1.55 system-ui, sans-serif; color: var(--ink); background: var(--paper); margin: 0 auto; padding: 2rem 1.2rem 4rem; max-width: 60rem; }
+body { font: 15px/1.55 system-ui, sans-serif; color: var(--ink); background: var(--paper); margin: 0 auto; padding: 2rem 1.2rem 4rem; max-width: 68rem; }
 h1 { font-size: 1.7rem; margin: 0 0 .3rem; } h2 { font-size: 1.25rem; margin: 2.6rem 0 .4rem; }
 p.soft, figcaption { color: var(--soft); } .answer { border-left: 3px solid var(--mark); padding: .1rem 0 .1rem .9rem; font-size: 1.05rem; }
 .scroll { overflow-x: auto; } table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; margin-top: .8rem; }
 th, td { text-align: right; padding: .22rem .55rem; border-bottom: 1px solid var(--line); white-space: nowrap; }
-th:first-child, td:first-child, td:last-child, th:last-child { text-align: left; } td:last-child { white-space: normal; color: var(--soft); }
+th:first-child, td:first-child, td:last-child, th:last-child { text-align: left; } td:last-child { white-space: normal; min-width: 16rem; color: var(--soft); }
 tr.front td:first-child { color: var(--mark); font-weight: 600; } tr.current td:first-child::after { content: " ◀ now"; color: #1f6f5c; }
 svg { max-width: 100%; height: auto; } circle.point { fill: transparent; cursor: help; } circle.point:hover { fill: rgba(181, 52, 90, .25); }
 .shots { display: flex; flex-wrap: wrap; gap: .8rem; } .shots figure { margin: 0; width: 13rem; } .shots img { width: 100%; }
@@ -100,7 +103,7 @@ def plot(result: Result, current: set[str]) -> str:
         "Graph.XName {font_size: 12;} Graph.YName {font_size: 12;} Graph.TickX {font_size: 11;} Graph.TickY {font_size: 11;}"
     )
     graph.axesnames("time, multiple of the fastest", f"mean error, {result.ladder.unit}")
-    graph.xrange(*_decades(x.values())).yrange(*_decades(y.values()))
+    graph.xrange(*_span(x.values())).yrange(*_span(y.values()))
     front = sorted((r for r in result.rungs if r.on_front), key=lambda r: x[r.name])
     if len(front) > 1:
         line = zp.PolyLine([x[r.name] for r in front], [y[r.name] for r in front])
@@ -120,18 +123,46 @@ def _add_hover(root: ET.Element, result: Result, base: float) -> None:
     places = [m for e in points if (m := re.fullmatch(r"\s*M\s*([-\d.]+)[ ,]([-\d.]+)[\sL]*", e.get("d", "")))]
     if len(places) != len(result.rungs):
         return  # another version of the library draws points in another way: the plot stands without hovering
-    for rung, place in zip(result.rungs, places):
-        px, py = (float(v) for v in place.groups())
-        circle = ET.SubElement(root, "circle", {"cx": f"{px:g}", "cy": f"{py:g}", "r": "9", "class": "point"})
+    at = [(float(m[1]), float(m[2])) for m in places]
+    taken = [_Box(x - 5, y - 5, x + 5, y + 5) for x, y in at]
+    for rung, (x, y) in zip(result.rungs, at):
+        circle = ET.SubElement(root, "circle", {"cx": f"{x:g}", "cy": f"{y:g}", "r": "9", "class": "point"})
         ET.SubElement(circle, "title").text = _hover(rung, result, base)
         if rung.on_front:
-            right = px > SIZE[0] - 190
-            label = ET.SubElement(
-                root, "text",
-                {"x": f"{px + (-10 if right else 10):g}", "y": f"{py - 7:g}", "font-size": "12", "font-family": "sans-serif",
-                 "fill": FRONT, "text-anchor": "end" if right else "start"},
-            )  # fmt: skip
-            label.text = rung.name
+            _label(root, rung.name, x, y, taken)
+
+
+class _Box(NamedTuple):
+    """A rectangle that is taken, in pixels."""
+
+    left: float
+    top: float
+    right: float
+    bottom: float
+
+    def meets(self, other: _Box) -> bool:
+        """Whether the two share any point."""
+        return (
+            self.left < other.right and other.left < self.right and self.top < other.bottom and other.top < self.bottom
+        )
+
+
+def _label(root: ET.Element, text: str, x: float, y: float, taken: list[_Box]) -> None:
+    """A name beside its point where nothing stands yet; none where everything around is taken: hovering tells it."""
+    width = LETTER * len(text)
+    for side, down in ((1, -8), (1, 15), (-1, -8), (-1, 15), (1, -22), (-1, 29), (1, 29), (-1, -22)):
+        left = x + 9 if side > 0 else x - 9 - width
+        box = _Box(left, y + down - 10, left + width, y + down + 3)
+        if box.left < 60 or box.right > SIZE[0] - 4 or any(box.meets(other) for other in taken):
+            continue
+        taken.append(box)
+        label = ET.SubElement(
+            root, "text",
+            {"x": f"{x + 9 * side:g}", "y": f"{y + down:g}", "font-size": "12", "font-family": "sans-serif", "fill": FRONT,
+             "text-anchor": "start" if side > 0 else "end"},
+        )  # fmt: skip
+        label.text = text
+        return
 
 
 def _hover(rung: Measured, result: Result, base: float) -> str:
@@ -141,9 +172,11 @@ def _hover(rung: Measured, result: Result, base: float) -> str:
     )
 
 
-def _decades(values: Any) -> tuple[float, float]:
+def _span(values: Any) -> tuple[float, float]:
+    """An axis a little longer than its values."""
     logs = np.log10(list(values))
-    return float(10 ** np.floor(logs.min() - 0.05)), float(10 ** np.ceil(logs.max() + 0.05))
+    margin = max(0.1, 0.06 * float(np.ptp(logs)))
+    return float(10 ** (logs.min() - margin)), float(10 ** (logs.max() + margin))
 
 
 def _table(result: Result, current: set[str]) -> str:
