@@ -60,7 +60,7 @@ def main() -> int:
             scene.picture("skin-albedo", skin, pictures),
             scene.picture("skin-detail", detail, pictures, colour=False),
         )
-        scene.eyes(scene.picture("eye", eye, Path(folder)))
+        scene.eyes(scene.picture("eye", eye, Path(folder)), half)
         scene.hair(half)
         scene.lights()
         scene.cameras()

@@ -1,4 +1,4 @@
-"""Hair as thin ribbons: brows, lashes, and hair drawn back into a knot over a dark cap. All in millimetres.
+"""Hair as thin ribbons: brows, lashes, and what shows of the hair below the cloth. All in millimetres.
 
 A strand set is an array (strands, points, 3) with a radius per point and the way its flat side faces. Ribbons and not
 hair curves: EEVEE draws a curve at least one pixel wide, which turns lashes into bristles.
@@ -13,11 +13,10 @@ import numpy as np
 from . import anatomy, surface
 from .mesh import REGIONS, Half
 
-KNOT = np.array([0.0, 12.0, -104.0])
 CENTRE = np.array([0.0, 18.0, -8.0])
 # the hairline: angle from straight ahead (degrees), height (mm)
-HAIRLINE = np.array([(0, 61), (10, 62.5), (22, 62), (33, 56), (43, 44), (50, 31), (57, 18), (65, 5), (74, -9), (80, -14),
-                     (85, 14), (90, 26), (104, 29), (113, 22), (120, -8), (132, -38), (155, -66), (180, -72)], float)  # fmt: skip
+HAIRLINE = np.array([(0, 66), (12, 67), (24, 64), (34, 56), (43, 47), (50, 37), (57, 26), (65, 12), (72, -2), (77, -10),
+                     (82, -14), (86, 12), (90, 24), (104, 28), (113, 20), (120, -8), (132, -36), (155, -60), (180, -64)], float)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -50,7 +49,7 @@ def _base(p: np.ndarray) -> np.ndarray:
     return surface.body(q)
 
 
-def _onto(direction: np.ndarray, lift: np.ndarray) -> np.ndarray:
+def onto(direction: np.ndarray, lift: np.ndarray) -> np.ndarray:
     """Points ``lift`` mm over the skull along rays from its centre."""
     r = np.full(len(direction), 95.0)
     for _ in range(10):
@@ -62,89 +61,40 @@ def _unit(v: np.ndarray) -> np.ndarray:
     return v / np.linalg.norm(v, axis=-1, keepdims=True)
 
 
-def scalp(count: int = 2600, points: int = 10, seed: int = 11) -> Strands:
-    """Hair combed back from the hairline to a knot."""
+def scalp(count: int = 1500, points: int = 8, seed: int = 11) -> Strands:
+    """What shows of the hair below the cloth: short strands from the hairline, combed up and back under it."""
     rng = np.random.default_rng(seed)
-    angle = np.degrees(np.arccos(rng.uniform(-1, 1, count)))
-    angle = np.where(rng.random(count) < 0.85, rng.uniform(0, 86, count), angle)
+    angle = np.where(rng.random(count) < 0.6, rng.uniform(40, 84, count), rng.uniform(112, 180, count))
     side = np.where(rng.random(count) < 0.5, -1.0, 1.0)
-    height = np.interp(angle, HAIRLINE[:, 0], HAIRLINE[:, 1])
-    depth = np.where(rng.random(count) < 0.85, rng.exponential(5.0, count) - 3.0, rng.uniform(0, 45, count))
+    depth = rng.exponential(7.0, count) - 2.5
     a = np.radians(angle)
-    start = np.column_stack(
-        [side * np.sin(a) * 70, height + depth * 0.75 + rng.normal(0, 0.8, count), np.cos(a) * 85 - depth * 0.2]
-    )
+    height = np.interp(angle, HAIRLINE[:, 0], HAIRLINE[:, 1]) + depth + rng.normal(0, 0.8, count)
+    start = np.column_stack([side * np.sin(a) * 70, height, np.cos(a) * 85])
     root = _unit(start - CENTRE)
-    # move roots so that they sit at the wanted height on the skull
-    for _ in range(4):
-        at = _onto(root, np.zeros(count))
-        wanted = at.copy()
-        wanted[:, 1] = start[:, 1]
-        root = _unit(wanted - CENTRE)
-    goal = _unit(KNOT + rng.normal(0, 9, (count, 3)) * [1, 1, 0.2] - CENTRE)
-    dot = np.clip((root * goal).sum(-1), -1, 1)
-    omega = np.arccos(dot)
+    for _ in range(4):  # so that roots sit at the wanted height on the skull
+        at = onto(root, np.zeros(count))
+        root = _unit(np.column_stack([at[:, 0], start[:, 1], at[:, 2]]) - CENTRE)
+    before_ear = angle < 90
+    back = np.where(before_ear, rng.normal(0.55, 0.12, count), rng.normal(0.0, 0.10, count))
+    up = np.where(before_ear, 0.75, 1.0)
+    way = np.column_stack([np.zeros(count), up, -back])
+    length = rng.uniform(16, 34, count)
     t = np.linspace(0, 1, points)
-    sway = rng.normal(0, 0.012, (count, 1)) * np.sin(np.pi * t)[None]
-    path = (np.sin((1 - t)[None] * omega[:, None]) / np.sin(omega)[:, None])[..., None] * root[:, None]
-    path = path + (np.sin(t[None] * omega[:, None]) / np.sin(omega)[:, None])[..., None] * goal[:, None]
-    across = _unit(np.cross(root, goal))
-    path = _unit(path + sway[..., None] * across[:, None])
-    top = rng.uniform(5.0, 8.2, (count, 1))
-    lift = top * (1 - np.exp(-t[None] * 7)) + 0.05
-    p = _onto(path.reshape(-1, 3), lift.ravel()).reshape(count, points, 3)
-    p = _onto(_unit(_over_the_ear(p) - CENTRE).reshape(-1, 3), lift.ravel()).reshape(count, points, 3)
-    radii = np.interp(t, [0, 0.15, 1], [0.02, 0.16, 0.26])[None].repeat(count, 0) * rng.uniform(0.6, 1.3, (count, 1))
+    path = at[:, None] + way[:, None] * (t[None] * length[:, None])[..., None]
+    path[..., 2] -= 5.0 * (t**2)[None] * before_ear[:, None]
+    lift = rng.uniform(0.4, 1.6, (count, 1)) * (1 - np.exp(-t[None] * 6)) + 0.05
+    p = onto(_unit(path - CENTRE).reshape(-1, 3), lift.ravel()).reshape(count, points, 3)
+    radii = np.interp(t, [0, 0.2, 1], [0.02, 0.09, 0.10])[None].repeat(count, 0) * rng.uniform(0.6, 1.3, (count, 1))
     return Strands(p, radii, _unit(p - CENTRE))
 
 
-def _over_the_ear(p: np.ndarray) -> np.ndarray:
-    """Strands (n, m, 3) lifted over the ears: what would run across an ear passes above it."""
-    along = np.clip(1 - ((p[..., 2] + 10.0) / 30.0) ** 2, 0, 1)
-    least = -14.0 + 46.0 * np.sqrt(along)
-    beside = (np.abs(p[..., 0]) > 48) & (along > 0) & (p[:, :1, 1] > -25)
-    q = p.copy()
-    q[..., 1] = np.where(beside, np.maximum(p[..., 1], least), p[..., 1])
-    for _ in range(2):
-        q[:, 1:-1] = 0.5 * q[:, 1:-1] + 0.25 * (q[:, :-2] + q[:, 2:])
-    return q
-
-
-def knot(count: int = 420, points: int = 18, seed: int = 12) -> Strands:
-    """The knot: loops around a flattened ball behind the crown."""
-    rng = np.random.default_rng(seed)
-    axis = _unit(np.array([0.1, 0.35, -1.0]) + rng.normal(0, 0.25, (count, 3)))
-    u = _unit(np.cross(axis, rng.normal(0, 1, (count, 3))))
-    v = np.cross(axis, u)
-    t = np.linspace(0, 1.35 * np.pi, points)
-    size = rng.uniform(8, 27, (count, 1, 1))
-    ring = np.cos(t)[None, :, None] * u[:, None] + np.sin(t)[None, :, None] * v[:, None]
-    p = KNOT + np.array([0, 2.0, -12.0]) + ring * size + axis[:, None] * np.sqrt(np.maximum(29.0**2 - size**2, 0)) * 0.7
-    return Strands(p, np.full((count, points), 0.35), _unit(p - KNOT))
-
-
-def cap(half: Half) -> tuple[np.ndarray, list[tuple[int, ...]]]:
-    """A dark under-layer over the scalp: vertices (mm) and faces of the half x >= 0, lifted off the skin."""
-    p = np.array(half.p)
-    region = np.array(half.region)
-    ear = np.array([u[1] < 0.0999 and u[0] > 0.88 for u in half.uv])
-    deep = np.where((region == 0) & ~ear, inside_hairline(p), -1)
-    keep = [f for f in half.faces if min(deep[v] for v in f) > 6.0]
-    used = sorted({v for f in keep for v in f})
-    place = {v: k for k, v in enumerate(used)}
-    q = p[used]
-    direction = _unit(q - CENTRE)
-    lift = 6.0 * (1 - np.exp(-np.maximum(deep[used] - 6.0, 0) / 14.0)) - 0.4
-    return q + direction * lift[:, None], [tuple(place[v] for v in f) for f in keep]
-
-
-def brow(seed: int = 21, count: int = 480, points: int = 6) -> Strands:
+def brow(seed: int = 21, count: int = 640, points: int = 6) -> Strands:
     """The left brow: short hairs, upright at its head, lying along it towards the tail."""
     rng = np.random.default_rng(seed)
     line = surface.curve(anatomy.BROW, 200)
     s = rng.beta(1.1, 1.35, count)
     i = (s * 199).astype(int)
-    width = np.interp(s, [0, 0.12, 0.5, 1], [2.6, 4.2, 3.2, 0.7])
+    width = np.interp(s, [0, 0.12, 0.5, 1], [2.9, 4.5, 3.5, 0.8])
     root = line[i] + np.column_stack([rng.normal(0, 0.4, count), rng.normal(0, 0.42, count) * width - 0.4])
     z = surface.drop(root)
     tangent = _unit(np.gradient(line, axis=0))[i]
@@ -171,7 +121,7 @@ def brow(seed: int = 21, count: int = 480, points: int = 6) -> Strands:
         + normal[:, None] * (lift[None] * rng.uniform(0.5, 1.3, (count, 1)))[..., None]
         - normal[:, None] * 0.1 * (t == 0)[None, :, None]
     )
-    radii = np.interp(t, [0, 0.3, 1], [0.05, 0.055, 0.012])[None].repeat(count, 0)
+    radii = np.interp(t, [0, 0.3, 1], [0.038, 0.042, 0.008])[None] * rng.uniform(0.6, 1.25, (count, 1))
     return Strands(q, radii, normal)
 
 
@@ -189,21 +139,26 @@ def lashes(half: Half, seed: int = 31, points: int = 8) -> Strands:
     upper, lower = ring[: n // 2 + 1], np.vstack([ring[n // 2 :], ring[:1]])[::-1]
     sets = []
     t = np.linspace(0, 1, points)
-    for line, count, sign, size in ((upper, 150, 1.0, 7.2), (lower, 60, -1.0, 3.6)):
-        s = np.sort(rng.uniform(0.14, 0.99, count))
+    for line, count, sign, size in ((upper, 230, 1.0, 9.2), (lower, 70, -1.0, 3.2)):
+        s = np.sort(rng.uniform(0.12, 0.99, count))
+        clump = np.round(s * count / 4.2 + rng.normal(0, 0.25, count)).astype(int)  # three to five lean together
+        heart = np.array([s[clump == c].mean() for c in clump])
         x = s * (len(line) - 1)
         i = np.minimum(x.astype(int), len(line) - 2)
-        root = line[i] + (x - i)[:, None] * (line[i + 1] - line[i]) + np.array([0, -0.25 * sign, -0.25])
+        root = line[i] + (x - i)[:, None] * (line[i + 1] - line[i]) + np.array([0, -0.15 * sign, -0.35])
+        root = root + rng.normal(0, 0.12, (count, 3))
         out = _unit(root - anatomy.EYE_CENTRE)
+        offset = rng.normal(0, 0.10, int(clump.max()) + 2)[clump]
         fan = np.column_stack(
-            [(s - 0.45) * 1.15 + rng.normal(0, 0.10, count), np.full(count, 0.10 * sign), np.ones(count)]
+            [(heart - 0.46) * 1.5 + offset + rng.normal(0, 0.05, count), np.zeros(count), np.ones(count)]
         )
-        way = _unit(0.45 * out + _unit(fan))
-        length = size * np.interp(s, [0.1, 0.35, 0.75, 1], [0.55, 0.9, 1.05, 0.75]) * rng.uniform(0.8, 1.1, count)
-        curl = 0.72 * t**2 - 0.24 * t if sign > 0 else 0.12 * t**2 - 0.30 * t
-        p = root[:, None] + way[:, None] * (t * (1 - 0.18 * t))[None, :, None] * length[:, None, None]
+        way = _unit(0.35 * out * [1, 0.4, 1] + _unit(fan))
+        length = size * np.interp(s, [0.1, 0.35, 0.75, 1], [0.5, 0.85, 1.05, 0.8]) * rng.uniform(0.62, 1.1, count)
+        curl = 0.60 * t**2 - 0.34 * t if sign > 0 else 0.10 * t**2 - 0.42 * t
+        p = root[:, None] + way[:, None] * (t * (1 - 0.22 * t))[None, :, None] * length[:, None, None]
         p[..., 1] += curl[None] * length[:, None]
-        radii = np.interp(t, [0, 0.4, 1], [0.085, 0.07, 0.010])[None].repeat(count, 0) * (1.0 if sign > 0 else 0.75)
+        p[..., 0] += (0.55 * (heart - s) * 29)[:, None] * (t**1.5)[None]  # tips of a clump meet
+        radii = np.interp(t, [0, 0.35, 1], [0.085, 0.075, 0.008])[None].repeat(count, 0) * (1.0 if sign > 0 else 0.55)
         sets.append((p, radii, np.tile([[0.0, 0.35 * sign, 1.0]], (count, 1))))
     return Strands(*(np.vstack(parts) for parts in zip(*sets, strict=True)))
 

@@ -15,15 +15,22 @@ def drawn(atlas: Atlas) -> dict[str, np.ndarray]:
     """Every map by name, (size, size) in 0..1."""
     lips = fields.lips(atlas) * (1 - fields.smooth(atlas.rings["mouth"], 2.0, 2.4))
     bare = (1 - fields.lips(atlas)) * (1 - fields.eye_opening(atlas)) * (1 - fields.nostril_opening(atlas))
+    free = bare * (1 - 0.85 * fields.brow(atlas))  # base products are wiped off the brows
     return {
-        "foundation": fields.face(atlas) * bare,
+        "foundation": fields.face(atlas) * free,
+        "concealer": fields.under_eye(atlas) * free,
         "lips": lips,
-        "blush": fields.cheek(atlas) * bare,
-        "lids": fields.upper_lid(atlas) * bare,
-        "lids-wide": fields.upper_lid(atlas, 14.5, 9.0, 0.35) * bare,
-        "lids-graphic": fields.upper_lid(atlas, 15.0, 11.0, 0.84) * bare,
-        "contour": fields.contour(atlas) * bare,
         "lips-blotted": lips * fields.smooth(atlas.rings["mouth"], 0.95, 1.7),
+        "blush": fields.cheek(atlas) * free,
+        "contour": fields.contour(atlas) * free,
+        "highlight": fields.highlight(atlas) * free,
+        "lids": fields.lid_wash(atlas) * free,
+        "lids-crease": fields.lid_crease(atlas) * free,
+        "lids-smoke": fields.lid_smoke(atlas) * free,
+        "lids-graphic": fields.lid_graphic(atlas) * free,
+        "liner": fields.eyeliner(atlas) * bare,
+        "liner-fine": fields.eyeliner(atlas, 1.5, 0.7) * bare,
+        "brows": fields.brow(atlas) * bare,
     }
 
 
@@ -31,39 +38,56 @@ def drawn(atlas: Atlas) -> dict[str, np.ndarray]:
 LOOKS = {
     "bare": [("foundation-fair", 5.0, "foundation", 0.6)],
     "day": [
-        ("foundation-fair", 18.0, "foundation", 0.9),
-        ("blush-rose", 5.0, "blush", 0.5),
-        ("lipstick-coral", 12.0, "lips", 0.85),
+        ("foundation-fair", 12.0, "foundation", 0.85),
+        ("concealer-light", 6.0, "concealer", 0.7),
+        ("blush-peach", 4.0, "blush", 0.55),
+        ("eyeshadow-taupe", 5.0, "lids", 0.5),
+        ("brow-brown", 3.0, "brows", 0.6),
+        ("lipstick-rose", 9.0, "lips", 0.8),
     ],
     "evening": [
-        ("foundation-fair", 16.0, "foundation", 1.0),
-        ("blush-rose", 7.0, "blush", 0.6),
-        ("eyeshadow-bronze", 15.0, "lids-wide", 0.9),
-        ("lipstick-classic-red", 22.0, "lips", 1.0),
+        ("foundation-fair", 14.0, "foundation", 0.95),
+        ("bronzer-warm", 4.0, "contour", 0.55),
+        ("blush-rose", 5.0, "blush", 0.5),
+        ("eyeshadow-bronze", 12.0, "lids-smoke", 0.85),
+        ("eyeliner-black", 12.0, "liner", 0.95),
+        ("brow-brown", 4.0, "brows", 0.7),
+        ("lipstick-classic-red", 18.0, "lips", 1.0),
     ],
     "stage": [
-        ("foundation-fair", 45.0, "foundation", 1.0),
-        ("foundation-deep", 8.0, "contour", 0.8),
-        ("blush-rose", 14.0, "blush", 0.9),
-        ("eyeshadow-bronze", 30.0, "lids-wide", 1.0),
-        ("lipstick-berry", 30.0, "lips", 1.0),
+        ("foundation-fair", 40.0, "foundation", 1.0),
+        ("bronzer-warm", 9.0, "contour", 0.9),
+        ("blush-berry", 8.0, "blush", 0.7),
+        ("eyeshadow-plum", 18.0, "lids-smoke", 0.9),
+        ("highlighter-champagne", 6.0, "highlight", 0.8),
+        ("eyeliner-black", 20.0, "liner", 1.0),
+        ("brow-brown", 8.0, "brows", 0.9),
+        ("lipstick-berry", 25.0, "lips", 1.0),
     ],
     "editorial": [
-        ("foundation-fair", 16.0, "foundation", 0.9),
-        ("eyeshadow-blue", 25.0, "lids-graphic", 1.0),
-        ("lipstick-coral", 6.0, "lips-blotted", 0.8),
+        ("foundation-fair", 12.0, "foundation", 0.9),
+        ("highlighter-champagne", 4.0, "highlight", 0.7),
+        ("eyeshadow-blue", 16.0, "lids-graphic", 0.95),
+        ("eyeliner-black", 10.0, "liner-fine", 0.9),
+        ("lipstick-nude", 8.0, "lips-blotted", 0.9),
     ],
     "bridal": [
-        ("foundation-fair", 15.0, "foundation", 0.9),
-        ("blush-rose", 4.0, "blush", 0.5),
-        ("eyeshadow-bronze", 6.0, "lids", 0.6),
-        ("lipstick-coral", 9.0, "lips", 0.8),
+        ("foundation-fair", 14.0, "foundation", 0.9),
+        ("concealer-light", 6.0, "concealer", 0.7),
+        ("blush-rose", 4.0, "blush", 0.45),
+        ("highlighter-champagne", 3.0, "highlight", 0.7),
+        ("eyeshadow-ivory", 5.0, "lids", 0.6),
+        ("eyeshadow-taupe", 7.0, "lids-crease", 0.7),
+        ("eyeliner-brown", 8.0, "liner-fine", 0.9),
+        ("brow-brown", 3.0, "brows", 0.6),
+        ("lipstick-coral", 8.0, "lips", 0.75),
     ],
 }
+RGB_CODED = (("foundation-fair", 14.0, 0.9), ("blush-rose", 5.0, 0.5), ("lipstick-coral", 12.0, 0.85))  # R, G, B
 
 
 def write(atlas: Atlas, folder: Path) -> list[Path]:
-    """Write the maps as 8-bit grey PNG, an RGB-coded map of the evening look, and the look files."""
+    """Write the maps as 8-bit grey PNG, an RGB-coded map of three products, and the look files."""
     from PIL import Image
 
     maps = folder / "maps"
@@ -78,7 +102,7 @@ def write(atlas: Atlas, folder: Path) -> list[Path]:
     Image.fromarray(coded, "RGB").save(made[-1], optimize=True)
     for name, layers in LOOKS.items():
         made.append(_look(folder / f"{name}.json", name, layers))
-    rgb = [(p, t, "day-rgb", s, c) for (p, t, _, s), c in zip(LOOKS["day"], "RGB")]
+    rgb = [(p, t, "day-rgb", s, c) for (p, t, s), c in zip(RGB_CODED, "RGB", strict=True)]
     made.append(_look(folder / "day-rgb.json", "day, RGB-coded map", rgb))
     return made
 

@@ -283,12 +283,12 @@ def _nostril(b: Builder, block) -> None:
         a = np.pi * (1 - np.arange(n) / (n - 1))
         return anatomy.NOSTRIL + shift + np.outer(np.cos(a) * width, side) + np.outer(sign * np.sin(a) * length, along)
 
-    rim = [surface.project(oval(len(p), s, 4.8, 2.7, 0), 6) for p, s in ((up, 1), (low, -1))]
+    rim = [surface.project(oval(len(p), s, 5.4, 3.1, 0), 6) for p, s in ((up, 1), (low, -1))]
     lists = [], [], [], [], []
     for k, t in enumerate((0.45, 0.8, 1.0)):
         uv = tuple(_lerp(e, _lerp(middle, e, 0.45), t) for e in edge_uv)
         _collect(lists, _lerp(edge[0], rim[0], t), _lerp(edge[1], rim[1], t), uv, k == 2, t)
-    for k, (rise, size) in enumerate(((1.2, 0.95), (4.0, 1.0), (8.0, 0.8))):
+    for k, (rise, size) in enumerate(((1.2, 0.97), (4.0, 1.05), (8.0, 0.8))):
         centre = (rim[0].mean(0) + rim[1].mean(0)) / 2
         deep = [centre + (r - centre) * size - normal * rise + np.array([-0.05, 0, -0.15]) * rise for r in rim]
         uv = tuple(_lerp(e, _lerp(middle, e, 0.45 - 0.12 * (k + 1)), 1) for e in edge_uv)

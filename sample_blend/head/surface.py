@@ -63,7 +63,7 @@ def _masses(p: Points) -> np.ndarray:
     d = union(d, capsule(soft, (46, -60, 14), (10, -90, 76), 8, 12), 20)
     d = union(d, capsule(soft, (0, -88, 80), (8, -88, 80), 13), 12)
     q = p * np.array([0.93, 1.0, 1.0])
-    d = union(d, capsule(q, (0, -70, -18), (0, -185, -26), 46, 46), 14)
+    d = union(d, capsule(q, (0, -72, -20), (0, -190, -36), 41, 45), 16)
     d = union(d, ellipsoid(p, (0, -275, -36), (195, 78, 84)), 55)
     d = union(d, capsule(soft, (20, -165, -48), (120, -212, -42), 22, 26), 40)  # trapezius
     return d
@@ -84,14 +84,32 @@ def _pull() -> tuple[np.ndarray, np.ndarray]:
     return p, weights
 
 
-def _correction(p: Points) -> np.ndarray:
+GRID_LOW, GRID_HIGH, GRID_STEP = np.array([-15.0, -235, -190]), np.array([160.0, 200, 205]), 5.0
+
+
+@lru_cache(maxsize=1)
+def _correction_grid() -> np.ndarray:
+    """The correction's spline coefficients on a 5 mm grid: its kernel is 70 mm wide, so that nothing is lost."""
+    from scipy.ndimage import spline_filter
+
     centres, weights = _pull()
-    out = np.empty(len(p))
-    for start in range(0, len(p), 8192):
-        block = p[start : start + 8192]
-        r = np.sqrt(((block[:, None] - centres[None]) ** 2).sum(-1))
-        out[start : start + 8192] = _kernel(r, 70.0) @ weights
-    return out
+    axes = [np.arange(low, high, GRID_STEP) for low, high in zip(GRID_LOW, GRID_HIGH, strict=True)]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), -1)
+    flat = grid.reshape(-1, 3)
+    out = np.zeros(len(flat))
+    for centre, weight in zip(centres, weights, strict=True):
+        q = flat - centre
+        r2 = (q * q).sum(-1)
+        near = r2 < 70.0**2
+        out[near] += weight * _kernel(np.sqrt(r2[near]), 70.0)
+    return spline_filter(out.reshape(grid.shape[:3]), order=3)
+
+
+def _correction(p: Points) -> np.ndarray:
+    from scipy.ndimage import map_coordinates
+
+    at = ((p - GRID_LOW) / GRID_STEP).T
+    return map_coordinates(_correction_grid(), at, order=3, mode="nearest", prefilter=False)
 
 
 def _stamp(p: Points, centre, sigma, depth: float) -> np.ndarray:
@@ -122,14 +140,15 @@ def _groove(p: Points, line: np.ndarray, sigma: float, depth) -> np.ndarray:
 def nose(p: Points) -> np.ndarray:
     """Bridge, side walls, tip with its two domes, wings and columella."""
     soft = np.column_stack([np.sqrt(p[:, 0] ** 2 + 4.0), p[:, 1:]])
-    d = capsule(p, (0, 12, 79.5), (0, -10, 92), 6.6, 7.0)
-    d = union(d, capsule(p, (0, -10, 92), (0, -26, 103.0), 7.0, 7.4), 5)
-    d = union(d, capsule(soft, (5.5, -2, 77), (7.6, -22, 88.0), 6.0, 6.6), 8)
-    d = union(d, ellipsoid(p, (0, -31.2, 106.2), (8.6, 7.4, 9.0)), 6)
-    d = union(d, ellipsoid(soft, (4.0, -31.0, 108.4), (4.8, 4.8, 6.4)), 5)
-    wing = _turned(p, (11.3, -34.6, 97.8), 0.36)
-    d = union(d, ellipsoid(wing, (0, 0, 0), (4.6, 6.5, 10.8)), 3.5)
-    d = union(d, capsule(p, (0, -37.0, 106.5), (0, -39.6, 97.5), 3.0, 4.2), 4.0)
+    d = capsule(soft, (1.0, 13, 80.0), (1.0, -10, 92.2), 7.0, 6.6)
+    d = union(d, capsule(p, (0, -10, 92.5), (0, -26, 103.5), 6.6, 6.8), 5)
+    d = union(d, capsule(soft, (5.8, -2, 77), (8.2, -23, 88.0), 6.2, 6.9), 14)
+    d = union(d, ellipsoid(p, (0, -30.6, 106.4), (8.0, 7.2, 8.8)), 6)
+    d = union(d, ellipsoid(soft, (3.9, -30.4, 108.6), (4.5, 4.8, 6.4)), 4.5)
+    wing = _turned(p, (11.8, -35.0, 96.8), 0.34)
+    d = union(d, ellipsoid(wing, (0, 0, 0), (4.0, 6.4, 9.6)), 4.5)
+    d = union(d, ellipsoid(soft, (9.8, -36.4, 102.5), (2.8, 3.0, 5.5)), 3.0)
+    d = union(d, capsule(p, (0, -36.8, 107.0), (0, -41.0, 97.5), 2.6, 4.0), 4.0)
     return d
 
 
@@ -160,8 +179,10 @@ def skin(p: Points) -> np.ndarray:
     d = _unfolded(p)
     for line, sigma, depth in _furrows():
         d = d + _groove(p, line, sigma, depth)
-    d = d + _stamp(p, (0, -197, 30), (8, 9, 14), 3.5)  # the notch between the collarbones
-    d = d + _stamp(p, (27.0, -60.6, 86.5), (2.6, 3.2, 4.0), 1.6)  # corner of the mouth
+    d = d + _stamp(p, (0, -195, 26), (7.5, 9, 14), 5.0)  # the notch between the collarbones
+    d = d + _stamp(p, (25.4, -60.4, 85.3), (3.0, 3.0, 5.0), 2.0)  # corner of the mouth
+    d = d - _stamp(p, (31.5, -60.5, 81.5), (5.0, 6.5, 6.0), 0.5)  # the soft knot beside it
+    d = d + _stamp(p, (0.0, -92.0, 96.0), (2.6, 5.0, 6.0), 0.25)
     return d + _stamp(p, (0.0, -77.5, 92.0), (15, 3.2, 8), 1.0)  # mentolabial fold
 
 
@@ -178,25 +199,44 @@ def _furrows() -> tuple[tuple[np.ndarray, float, np.ndarray], ...]:
 
     xy = curve(anatomy.CREASE, 28)
     crease = np.column_stack([xy, drop(xy, _unfolded)])
-    fold = project(crease + [0.5, 3.2, 1.0], 8, 3.0, _unfolded)
+    fold = project(crease + [0.8, 3.4, 1.0], 8, 3.0, _unfolded)
     alar = laid(
-        [(9.5, -26.6, 101.5), (13.6, -27.6, 96.5), (16.8, -31.5, 91.5), (17.6, -36.5, 89.5), (16.5, -41.0, 90.0)], 14
-    )
-    philtrum = [(0, -44, 99), (0, -48, 100), (0, -52, 101)]
-    nasolabial = laid([(18.5, -35, 89), (24, -43, 87), (28.5, -52, 85), (31, -60, 82)], 14)
-    trough = laid([(17.5, -7.5, 77.5), (22, -12.5, 79.5), (29, -15.5, 79.5), (37, -15.0, 76.5)], 14)
-    mastoid = laid([(58, -48, -18), (48, -90, 4), (32, -140, 18), (12, -190, 29)], 18)
-    clavicle = laid([(9, -200, 34), (40, -203, 34), (80, -200, 14), (125, -200, -18)], 18)
+        [(9.0, -26.0, 101.5), (13.2, -27.0, 96.5), (16.6, -31.0, 91.5), (17.6, -36.0, 89.0), (16.4, -41.0, 89.5),
+         (12.5, -43.0, 92.5)], 18
+    )  # fmt: skip
+    philtrum = [(0, -44, 99), (0, -48, 100), (0, -52.6, 101)]
+    nasolabial = laid([(18.5, -36, 89), (24, -44, 87), (28.5, -52, 85), (31, -60, 82)], 14)
+    marionette = laid([(26.5, -62.5, 85), (28.5, -68, 82), (29.5, -74, 78)], 10)
+    trough = laid([(17.0, -6.5, 77.5), (21, -11.5, 79.5), (28, -15.0, 79.5), (36, -16.5, 77.5)], 14)
+    tear_bag = laid([(19.0, -5.5, 77), (24, -8.2, 78), (30, -9.2, 78), (36, -8.4, 76.5), (42, -5.6, 72)], 16)
+    bone = laid([(36, -22, 78), (48, -19, 69), (58, -15, 52), (66, -11, 25)], 16)
+    hollow = laid([(38, -44, 76), (48, -44, 62), (56, -42, 40)], 14)
+    brow = laid([(14, 15, 91), (25, 17, 88.5), (38, 17.5, 82), (48, 14.5, 71), (54, 9, 61)], 16)
+    jaw = laid([(48, -72, 8), (45, -80, 28), (36, -89, 50), (24, -97.5, 70)], 18)
+    under_jaw = laid([(47, -84, 2), (38, -96, 26), (24, -105, 50), (10, -109, 58)], 18)
+    mastoid = laid([(56, -46, -20), (46, -90, 0), (30, -145, 12), (11, -190, 24)], 22)
+    throat = laid([(0, -118, 32), (0, -126, 30), (0, -136, 24)], 8)
+    clavicle = laid([(9, -200, 30), (40, -203, 32), (80, -200, 12), (125, -198, -20)], 18)
+    above = laid([(28, -190, 16), (55, -190, 8), (85, -188, -10)], 14)
     return (
-        (crease, 0.75, _ends(28, 1.5)),
-        (fold, 2.2, _ends(28, -1.1)),
-        (alar, 1.2, _ends(14, 1.6)),
-        (laid(philtrum, 8), 1.9, np.full(8, 0.75)),
-        (laid(philtrum, 8, (4.3, 0, 0)), 1.3, np.full(8, -0.5)),
-        (nasolabial, 3.2, _ends(14, 0.7)),
-        (trough, 2.6, _ends(14, 0.6)),
-        (mastoid, 6.5, np.linspace(-0.6, -3.0, 18)),
-        (clavicle, 6.0, _ends(18, -4.5)),
+        (crease, 0.8, _ends(28, 2.1)),
+        (fold, 2.1, _ends(28, -1.5)),
+        (alar, 1.15, _ends(18, 1.4)),
+        (laid(philtrum, 8), 2.0, np.full(8, 0.85)),
+        (laid(philtrum, 8, (4.4, 0, 0)), 1.3, np.full(8, -0.6)),
+        (nasolabial, 3.2, _ends(14, 0.6)),
+        (marionette, 2.6, _ends(10, 0.5)),
+        (trough, 2.4, _ends(14, 0.7)),
+        (tear_bag, 1.9, _ends(16, -0.45)),
+        (bone, 8.0, _ends(16, -1.6)),
+        (hollow, 8.0, _ends(14, 1.5)),
+        (brow, 4.0, _ends(16, -1.0)),
+        (jaw, 5.0, _ends(18, -1.8)),
+        (under_jaw, 6.0, _ends(18, 3.2)),
+        (mastoid, 5.5, np.linspace(-0.8, -4.2, 22)),
+        (throat, 6.0, _ends(8, -0.8)),
+        (clavicle, 5.5, _ends(18, -4.5)),
+        (above, 9.0, _ends(14, 5.0)),
     )
 
 

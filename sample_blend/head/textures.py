@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import anatomy, fields, hair, pigment, surface
+from . import anatomy, fields, hair, pigment
 from .atlas import Atlas
 
 
@@ -48,59 +48,88 @@ def _cloud(atlas: Atlas, grain_mm: float, seed: int) -> np.ndarray:
 SKINS = {"light": 0.016, "medium": 0.055, "deep": 0.15}
 
 
+def _blood(atlas: Atlas, seed: int) -> np.ndarray:
+    """Volume fraction of blood: more where vessels lie near, in soft patches with no edge of their own."""
+    n = atlas.size
+    _, _, z = np.moveaxis(atlas.position, -1, 0)
+    x = atlas.position[..., 0]
+    blood = np.full((n, n), 0.0080, np.float32)
+    blood += 0.0065 * fields.cheek(atlas) + 0.0030 * fields.blob(atlas, (34, -38, 82), (16, 14, 16))
+    blood += 0.0062 * fields.blob(atlas, (6, -31, 112), (10, 9, 13))
+    blood += 0.0058 * fields.blob(atlas, (15, -39, 92), (4.5, 5, 7))
+    blood += 0.0028 * fields.blob(atlas, (0, -93, 96), (13, 9, 14))
+    blood += 0.0022 * fields.blob(atlas, (0, 25, 95), (16, 12, 10))
+    blood += 0.0032 * fields.blob(atlas, (27, -61, 84), (5, 5, 7))
+    around = np.exp(-0.5 * (np.clip(1 - atlas.rings["eye"], 0, 1) / 0.30) ** 2) * (atlas.rings["eye"] > 0)
+    blood += 0.0042 * around + 0.0030 * fields.blob(atlas, (24, -9, 78), (8, 5, 9))
+    blood += 0.022 * fields.eye_opening(atlas)
+    blood += 0.006 * fields.smooth(z, 12, -2) * fields.smooth(x, 64, 70)  # ears
+    mottle = (
+        0.055 * _cloud(atlas, 11.0, seed) + 0.07 * _cloud(atlas, 4.0, seed + 1) + 0.07 * _cloud(atlas, 1.6, seed + 2)
+    )
+    return blood * np.exp(mottle)
+
+
+def _freckles(atlas: Atlas, seed: int, count: int = 70) -> np.ndarray:
+    """Added melanin (share) of a few soft freckles on nose, cheeks and forehead, none larger than 1.5 mm."""
+    rng = np.random.default_rng(seed)
+    n = atlas.size
+    where = fields.blob(atlas, (16, -20, 95), (24, 11, 30)) + 0.12 * fields.blob(atlas, (20, 40, 90), (40, 25, 30))
+    where *= atlas.covered * (fields.lips(atlas) < 0.01) * (atlas.rings["eye"] < 0.4)
+    picks = rng.choice(
+        n * n,
+        count,
+        replace=False,
+        p=(where / where.sum()).ravel().astype(float) / (where / where.sum()).astype(float).sum(),
+    )
+    out = np.zeros((n, n), np.float32)
+    reach = max(4, n // 100)
+    for pick, size, depth in zip(picks, rng.uniform(0.25, 0.65, count), rng.uniform(0.10, 0.38, count), strict=True):
+        i, j = divmod(int(pick), n)
+        rows, columns = slice(max(0, i - reach), i + reach), slice(max(0, j - reach), j + reach)
+        d2 = ((atlas.position[rows, columns] - atlas.position[i, j]) ** 2).sum(-1)
+        same = atlas.side[rows, columns] == atlas.side[i, j]
+        out[rows, columns] += same * depth * np.exp(-0.5 * d2 / size**2)
+    return out
+
+
 def albedo(atlas: Atlas, chromophores: Path, melanin: float = SKINS["light"], seed: int = 7) -> np.ndarray:
     """The skin's colour as sRGB bytes (size, size, 3)."""
     n = atlas.size
-    unit = n / 2048
-    x, _y, z = np.moveaxis(atlas.position, -1, 0)
-    blood = np.full((n, n), 0.0075, np.float32)
-    blood += 0.0100 * fields.cheek(atlas)
-    blood += 0.0080 * fields.blob(atlas, (6, -33, 112), (9, 8, 12))
-    blood += 0.0060 * fields.blob(atlas, (15, -38, 94), (5, 5, 8))
-    blood += 0.0030 * fields.blob(atlas, (0, -92, 96), (12, 8, 14))
-    blood += 0.0025 * fields.blob(atlas, (0, 25, 95), (14, 10, 10))
-    lid = np.exp(-0.5 * (np.clip(1 - atlas.rings["eye"], 0, 1) / 0.28) ** 2) * (atlas.rings["eye"] > 0)
-    blood += 0.0060 * lid
-    blood += 0.03 * fields.eye_opening(atlas)
-    ear = fields.smooth(z, 12, -2) * fields.smooth(x, 64, 70)
-    blood += 0.006 * ear
-    ring = atlas.rings["mouth"] + 0.035 * _cloud(atlas, 3.0, seed + 8)
-    lips = fields.smooth(ring, 0.86, 1.14) * (0.72 + 0.28 * fields.smooth(ring, 1.05, 1.6))  # softer than any lipstick
-    blood += lips * 0.042
-    grain = fields.face(atlas)  # fine grain on the face only: the tile is stretched elsewhere
-    mottle = (
-        0.10 * _cloud(atlas, 9.0, seed)
-        + 0.10 * _cloud(atlas, 2.6, seed + 1)
-        + 0.07 * grain * _grain(n, 2.2 * unit, seed + 2)
-    )
-    blood *= np.exp(mottle)
+    blood = _blood(atlas, seed)
+    ring = atlas.rings["mouth"] + 0.05 * _cloud(atlas, 2.2, seed + 8)
+    lips = fields.smooth(ring, 0.80, 1.20) * (0.66 + 0.34 * fields.smooth(ring, 1.05, 1.7))  # softer than any lipstick
+    blood += lips * 0.034 * (1 + 0.10 * _cloud(atlas, 1.6, seed + 10))
     mel = np.full((n, n), melanin, np.float32)
     mel *= np.exp(
-        0.10 * _cloud(atlas, 16.0, seed + 3)
-        + 0.07 * _cloud(atlas, 3.5, seed + 4)
-        + 0.05 * grain * _grain(n, 1.6 * unit, seed + 5)
+        0.05 * _cloud(atlas, 18.0, seed + 3)
+        + 0.045 * _cloud(atlas, 4.0, seed + 4)
+        + 0.05 * _cloud(atlas, 1.4, seed + 5)
     )
-    mel *= 1 + 0.25 * lid - 0.1 * fields.cheek(atlas)
-    spots = np.clip(_grain(n, 3.0 * unit, seed + 6) - 2.2, 0, 1)
-    where = fields.blob(atlas, (14, -20, 95), (26, 12, 30)) + 0.35 * fields.blob(atlas, (20, 45, 90), (40, 25, 30))
-    mel *= 1 + 1.6 * spots * np.clip(where, 0, 1) * (1 - lips)
-    mel *= 1 + 0.5 * lips
-    brow = _brow(atlas)
+    lid = np.exp(-0.5 * (np.clip(1 - atlas.rings["eye"], 0, 1) / 0.26) ** 2) * (atlas.rings["eye"] > 0)
+    mel *= 1 + 0.30 * lid + 0.22 * fields.blob(atlas, (22, -9, 78), (8, 5, 9)) - 0.1 * fields.cheek(atlas)
+    mel *= (
+        1 + 0.18 * fields.blob(atlas, (27, -61.5, 84), (4, 4, 6)) + 0.15 * fields.blob(atlas, (16, -39, 91), (3, 5, 6))
+    )
+    mel *= 1 + _freckles(atlas, seed + 6) * (1 if melanin < 0.1 else 0.4)
+    mel *= 1 + 0.55 * lips
     rgb = pigment.colour_of(mel, blood, pigment.table(chromophores))
-    mouth = fields.smooth(atlas.rings["mouth"], 1.85, 2.4)[..., None]
-    rgb = rgb * (1 - mouth) + mouth * rgb * [0.35, 0.15, 0.13]
+    mouth = fields.smooth(atlas.rings["mouth"], 1.80, 2.25)[..., None]
+    rgb = rgb * (1 - mouth) + mouth * rgb * [0.42, 0.20, 0.18]
     deep = fields.smooth(atlas.rings["nostril"], 1.0, 1.8)[..., None]
-    rgb = rgb * (1 - deep * [0.8, 0.9, 0.92])
-    shade = brow[..., None]
-    rgb = rgb * (1 - shade) + shade * np.array([0.045, 0.026, 0.017])
-    root = np.clip(
-        fields.smooth(hair.inside_hairline(atlas.position.reshape(-1, 3)).reshape(n, n), -1, 9)
-        * (1 + 0.5 * _cloud(atlas, 1.2, seed + 9)),
-        0,
-        1,
-    )
-    root = (0.85 * root * (atlas.rings["eye"] == 0))[..., None] * ~_on_ear(atlas)[..., None]
-    rgb = rgb * (1 - root) + root * np.array([0.03, 0.018, 0.012])
+    rgb = rgb * (1 - deep * [0.72, 0.85, 0.88])
+    wet = (fields.smooth(atlas.rings["eye"], 0.99, 1.08) * (atlas.position[..., 1] < 1.0))[
+        ..., None
+    ]  # the lower margin
+    rgb = rgb * (1 - 0.35 * wet) + 0.35 * wet * np.array([0.62, 0.36, 0.31])
+    shade = (fields.lash_line(atlas) * 0.62)[..., None]
+    rgb = rgb * (1 - shade) + shade * np.array([0.06, 0.035, 0.026])
+    shade = (0.34 * fields.brow(atlas))[..., None]
+    rgb = rgb * (1 - shade) + shade * np.array([0.055, 0.033, 0.022])
+    inside = hair.inside_hairline(atlas.position.reshape(-1, 3)).reshape(n, n)
+    root = np.clip(fields.smooth(inside, -2, 10) * (1 + 0.4 * _cloud(atlas, 1.2, seed + 9)), 0, 1)
+    root = (0.88 * root * (atlas.rings["eye"] == 0))[..., None] * ~_on_ear(atlas)[..., None]
+    rgb = rgb * (1 - root) + root * np.array([0.032, 0.019, 0.012])
     return srgb(rgb)
 
 
@@ -114,7 +143,6 @@ def _on_ear(atlas: Atlas) -> np.ndarray:
 def detail(atlas: Atlas, seed: int = 40) -> np.ndarray:
     """Bytes (size, size, 3), not colour: roughness, height of creases (0.5 is flat, 0.4 mm in all), strength of pores."""
     n = atlas.size
-    n / 2048
     x, y, _ = np.moveaxis(atlas.position, -1, 0)
     lips, lid = fields.lips(atlas), (atlas.rings["eye"] > 0) * fields.smooth(atlas.rings["eye"], 0.3, 0.8)
     oily = (
@@ -123,9 +151,9 @@ def detail(atlas: Atlas, seed: int = 40) -> np.ndarray:
         + 0.6 * fields.blob(atlas, (0, -90, 95), (12, 8, 14))
     )
     rough = (
-        0.47 - 0.10 * np.clip(oily, 0, 1) - 0.04 * fields.cheek(atlas) - 0.06 * lid + 0.02 * _cloud(atlas, 5.0, seed)
+        0.52 - 0.10 * np.clip(oily, 0, 1) - 0.04 * fields.cheek(atlas) - 0.06 * lid + 0.02 * _cloud(atlas, 5.0, seed)
     )
-    rough = rough * (1 - lips) + lips * 0.36
+    rough = rough * (1 - lips) + lips * 0.40
     wet = np.clip(fields.smooth(atlas.rings["mouth"], 1.7, 2.0) + fields.eye_opening(atlas), 0, 1)
     rough = rough * (1 - wet) + 0.2 * wet
     inside = fields.nostril_opening(atlas)
@@ -149,38 +177,39 @@ def detail(atlas: Atlas, seed: int = 40) -> np.ndarray:
     return (np.clip(stack, 0, 1) * 255 + 0.5).astype(np.uint8)
 
 
-def _brow(atlas: Atlas) -> np.ndarray:
-    """Soft shade under the brow's hairs."""
-    x, y, z = np.moveaxis(atlas.position, -1, 0)
-    line = surface.curve(anatomy.BROW, 60)
-    centre = np.interp(x, line[:, 0], line[:, 1])
-    width = np.interp(x, [11, 16, 34, 56], [2.2, 3.6, 3.2, 1.0])
-    body = np.exp(-0.5 * ((y - centre) / (0.55 * width)) ** 2 * 1.2)
-    return 0.26 * body * fields.smooth(x, 10.5, 15) * fields.smooth(x, 57, 50) * fields.smooth(z, 40, 50)
-
-
-def eye(size: int = 512, seed: int = 3) -> np.ndarray:
+def eye(size: int = 640, seed: int = 3) -> np.ndarray:
     """The eyeball seen from the front, sRGB bytes (size, size, 3); the tile spans the ball's diameter."""
     rng = np.random.default_rng(seed)
     t = (np.arange(size) + 0.5) / size * 2 - 1
     x, y = np.meshgrid(t, -t)
     r = np.hypot(x, y) * anatomy.EYE_RADIUS
     a = np.arctan2(y, x)
-    sclera = np.ones((size, size, 3)) * [0.58, 0.53, 0.49]
+    sclera = np.ones((size, size, 3)) * [0.64, 0.59, 0.55]
     veins = sum(np.cos(k * a + rng.uniform(0, 6.28) + 1.7 * np.sin(r * rng.uniform(0.3, 0.9))) for k in (5, 9, 14)) / 3
-    red = np.clip((r - 6.5) / 6, 0, 1)[..., None] * (0.5 + 0.5 * np.clip(veins, 0, 1)[..., None])
-    sclera *= 1 - red * [0.10, 0.30, 0.32]
-    fibres = np.zeros_like(r)
-    for _ in range(60):
-        freq = int(rng.integers(20, 110))
-        fibres += np.cos(freq * a + rng.uniform(0, 6.28) + rng.uniform(-0.8, 0.8) * r) / 8
-    q = np.clip((r - 2.4) / (anatomy.IRIS_RADIUS - 2.4), 0, 1)
-    inner, outer = np.array([0.12, 0.06, 0.025]), np.array([0.06, 0.05, 0.033])
-    iris = inner * (1 - q[..., None]) + outer * q[..., None]
-    iris = iris * np.clip(1 + 0.35 * fibres, 0.3, 2.2)[..., None]
-    iris *= (1 - 0.75 * fields.smooth(q, 0.78, 1.0))[..., None]
-    pupil = fields.smooth(r, 2.6, 2.3)[..., None]
-    iris = iris * (1 - pupil) + 0.004 * pupil
-    edge = fields.smooth(r, anatomy.IRIS_RADIUS + 0.35, anatomy.IRIS_RADIUS - 0.35)[..., None]
-    shade = 1 - 0.5 * fields.smooth(y * anatomy.EYE_RADIUS, 1.5, 5.5)[..., None]  # the lid and its lashes over it
+    red = np.clip((r - 7.0) / 5.0, 0, 1)[..., None] * (0.5 + 0.5 * np.clip(veins, 0, 1)[..., None])
+    sclera *= 1 - red * [0.08, 0.30, 0.32]
+    iris = _iris(rng, r, a)
+    wave = 0.10 * np.sin(7 * a + 1.0) + 0.06 * np.sin(17 * a)
+    edge = fields.smooth(r + wave, anatomy.IRIS_RADIUS + 0.42, anatomy.IRIS_RADIUS - 0.42)[..., None]
+    shade = 1 - 0.45 * fields.smooth(y * anatomy.EYE_RADIUS, 1.2, 5.5)[..., None]  # the lid and its lashes over it
+    shade = shade * (1 - 0.18 * fields.smooth(y * anatomy.EYE_RADIUS, -3.5, -6.0)[..., None])
     return srgb((iris * edge + sclera * (1 - edge)) * shade)
+
+
+def _iris(rng: np.random.Generator, r: np.ndarray, a: np.ndarray) -> np.ndarray:
+    """Hazel: fibres from the pupil's ruff over the collarette to a dark limbal ring; linear (size, size, 3)."""
+    fibres = np.zeros_like(r)
+    for _ in range(70):
+        wave = int(rng.integers(18, 130))
+        fibres += np.cos(wave * a + rng.uniform(0, 6.28) + rng.uniform(-0.9, 0.9) * r) / 8
+    patches = sum(np.cos(k * a + rng.uniform(0, 6.28)) for k in (2, 3, 5)) / 3
+    q = np.clip((r - 2.2) / (anatomy.IRIS_RADIUS - 2.2), 0, 1)[..., None]
+    collarette = np.exp(-0.5 * ((q - 0.24 - 0.03 * patches[..., None]) / 0.10) ** 2)
+    inner, outer = np.array([0.17, 0.085, 0.03]), np.array([0.085, 0.075, 0.042])
+    colour = inner * (1 - q) + outer * q + 0.05 * collarette * np.array([1.0, 0.62, 0.25])
+    colour = colour * np.clip(1 + (0.42 * fibres + 0.15 * patches)[..., None], 0.25, 2.4)
+    colour *= 1 - 0.82 * fields.smooth(q, 0.74, 1.0)
+    ruff = np.exp(-0.5 * ((r - 2.25) / 0.18) ** 2)[..., None]
+    colour *= 1 - 0.7 * ruff
+    pupil = fields.smooth(r, 2.25, 2.0)[..., None]
+    return colour * (1 - pupil) + 0.003 * pupil

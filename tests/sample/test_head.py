@@ -74,7 +74,7 @@ def test_the_committed_albedo_is_the_one_that_the_script_makes(blend, half):
 
 
 @pytest.mark.parametrize(
-    "name", ["foundation", "lips", "blush", "lids", "lids-wide", "lids-graphic", "contour", "lips-blotted"]
+    "name", ["foundation", "lips", "blush", "lids", "lids-smoke", "lids-graphic", "contour", "lips-blotted", "liner"]
 )
 def test_the_committed_map_is_the_one_that_the_script_draws(name, tile):
     image = pytest.importorskip("PIL.Image")
