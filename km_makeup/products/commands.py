@@ -156,13 +156,18 @@ def _show(options: argparse.Namespace) -> int:
     seen = {"opaque film": colours.masstone} | {f"on {name}": rows[1] for name, rows in colours.drawdowns.items()}
     if options.json:
         found = {name: [round(float(v), 2) for v in lab(rgb)] for name, rgb in seen.items()}
-        _print_json(_summary(product) | {"provenance": provenance_data(product.provenance), "lab_d65": found})
+        _print_json(
+            _summary(product)
+            | {"provenance": provenance_data(product.provenance), "quality": list(product.quality), "lab_d65": found}
+        )
         return OK
     source = product.provenance
     print(
         f"{product.id}: {product.name}, {product.kind}, {product.form}, {product.thickness_um:g} um, {product.interface}"
     )
     print(f"{source.status}: {source.source}")
+    for sentence in product.quality:
+        print(f"quality: {sentence}")
     if source.recipe:
         print("volume fractions: " + ", ".join(f"{name} {part:.4g}" for name, part in source.recipe.items()))
     for name, rgb in seen.items():

@@ -1,4 +1,8 @@
-"""Product files: JSON, one product a file, schema 1; fields that are not known here are kept."""
+"""Product files: JSON, one product a file; fields that are not known here are kept.
+
+Files of older schemas are read as they are and brought up to date in memory (`MIGRATIONS`); nothing is rewritten unless the
+product is saved. Files of newer schemas are refused, since what they mean is not known here.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +10,7 @@ import json
 import math
 import os
 import stat
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +21,9 @@ from ..files import write_text
 from ..spectra import WAVELENGTHS, resample
 from .product import Finish, Product, Provenance, Spectrum
 
-SCHEMA = 1
+SCHEMA = 2
+"""1: the first. 2: `quality`, what was said of a measurement; a measured product always has it, if only as an empty list."""
+
 LARGEST_FILE = 1_000_000
 DIGITS = 6
 """Significant digits of K and S in a file."""
@@ -26,7 +32,7 @@ NUMBERS_A_ROW = 9
 
 _FIELDS = {
     "schema", "id", "name", "kind", "form", "interface", "thickness_um", "finish", "provenance",
-    "spectrum", "K", "S", "K_error", "S_error",
+    "spectrum", "K", "S", "K_error", "S_error", "quality",
 }  # fmt: skip
 _BOTH = ("K", "S")
 _SPECTRA = ("K", "S", "K_error", "S_error")
@@ -64,6 +70,7 @@ def product_text(product: Product) -> str:
         "thickness_um": product.thickness_um,
         "finish": {"roughness": finish.roughness, "f0": finish.f0, **finish.extra},
         "provenance": provenance_data(product.provenance),
+        **({"quality": list(product.quality)} if product.quality else {}),
         **product.extra,
         "spectrum": _SPECTRUM,
     }
@@ -114,11 +121,7 @@ def _no_constant(text: str) -> float:
 
 
 def _product(data: dict[str, Any]) -> Product:
-    schema = data.get("schema")
-    if schema != SCHEMA or isinstance(schema, bool):
-        raise MakeupError(
-            f"its schema is {schema!r}; this version reads schema {SCHEMA}. Update the extension or save it again."
-        )
+    data = migrated(data)
     finish = object_of(data, "finish", {})
     names = [name for name in _SPECTRA if name in _BOTH or name in data]
     spectra = dict(zip(names, spectra_of(data, names), strict=True))
@@ -133,9 +136,40 @@ def _product(data: dict[str, Any]) -> Product:
             number_of(finish, "roughness", 0.5), number_of(finish, "f0", 0.04), _rest(finish, {"roughness", "f0"})
         ),
         provenance=provenance_of(object_of(data, "provenance")),
+        quality=tuple(_texts(data, "quality")),
         extra=_rest(data, _FIELDS),
         **spectra,
     )
+
+
+def migrated(data: dict[str, Any]) -> dict[str, Any]:
+    """A product file's object as the present schema has it; MakeupError for a schema that is none or newer."""
+    schema = data.get("schema")
+    if isinstance(schema, bool) or not isinstance(schema, int) or schema < 1:
+        raise MakeupError(f"its schema is {str(schema)[:40]!r}; it must be a number from 1 to {SCHEMA}.")
+    if schema > SCHEMA:
+        raise MakeupError(f"its schema is {schema}; this version reads up to {SCHEMA}. Update the extension.")
+    for version in range(schema, SCHEMA):
+        data = MIGRATIONS[version](data)
+    return data
+
+
+def _from_1(data: dict[str, Any]) -> dict[str, Any]:
+    """Schema 1 wrote no words on quality: a `quality` in such a file belongs to somebody else and is kept under another name."""
+    known = {key: value for key, value in data.items() if key != "quality"}
+    foreign = {"quality_of_schema_1": data["quality"]} if "quality" in data else {}
+    return {**known, **foreign, "schema": 2}
+
+
+MIGRATIONS: Mapping[int, Callable[[dict[str, Any]], dict[str, Any]]] = {1: _from_1}
+"""By schema: what brings a file's object to the next one."""
+
+
+def _texts(data: dict[str, Any], name: str) -> list[str]:
+    values = data.get(name, [])
+    if not isinstance(values, list) or not all(isinstance(value, str) for value in values):
+        raise MakeupError(f"{name} is no list of texts.")
+    return values
 
 
 def provenance_of(data: dict[str, Any]) -> Provenance:

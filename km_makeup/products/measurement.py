@@ -54,7 +54,7 @@ class Measurement:
         return Product(
             id=identifier, name=name, kind=kind, form=form, K=self.K, S=self.S, provenance=provenance,
             interface=self.interface, finish=finish or Finish(), thickness_um=thickness_um,
-            K_error=self.K_error, S_error=self.S_error,
+            K_error=self.K_error, S_error=self.S_error, quality=self.quality,
         )  # fmt: skip
 
 

@@ -89,6 +89,7 @@ class Product:
     ``K`` and ``S``: absorption and scattering coefficients in 1/mm on WAVELENGTHS, shape (81,), >= 0.
     ``K_error`` and ``S_error``: their standard errors, where measured.
     ``thickness_um``: the film a usual application leaves, in micrometres.
+    ``quality``: what can be said of the measurement in plain words.
     ``extra``: fields of the file that this version does not know; they are kept.
 
     Raises MakeupError, where it is made, if a field cannot be right.
@@ -106,6 +107,7 @@ class Product:
     thickness_um: float = 20.0
     K_error: Spectrum | None = None
     S_error: Spectrum | None = None
+    quality: tuple[str, ...] = ()
     extra: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

@@ -13,7 +13,7 @@ from hypothesis.extra.numpy import arrays
 
 from km_makeup.errors import MakeupError
 from km_makeup.products import Finish, Product, Provenance, read_product, write_product
-from km_makeup.products.files import product_text
+from km_makeup.products.files import MIGRATIONS, SCHEMA, product_text
 
 spectra = arrays(np.float64, 81, elements=st.floats(0, 1e4).map(lambda x: float(f"{x:.6g}")))
 texts = st.text(min_size=1, max_size=30, alphabet=st.characters(categories=["L", "N", "P", "S"]))
@@ -82,14 +82,25 @@ def test_a_product_comes_back_from_its_file_with_every_field(
     source = Provenance("measured", "x", "CC0", "maker", "12", {"carmine": 0.1}, provenance_extra)  # type: ignore[arg-type]
     before = product(
         K=K, S=S, K_error=error, S_error=error, name=name, thickness_um=thickness, form=form, interface=interface,
-        extra=extra, finish=Finish(0.3, 0.05, finish_extra), provenance=source,
+        quality=("K is known.",), extra=extra, finish=Finish(0.3, 0.05, finish_extra), provenance=source,
     )  # fmt: skip
     write_product(before, path)
     after = read_product(path)
     assert np.array_equal(after.K, before.K)
     assert np.array_equal(after.S, before.S)
     assert (after.K_error is None) == (error is None)
-    for field in ("id", "name", "kind", "form", "interface", "thickness_um", "finish", "provenance", "extra"):
+    for field in (
+        "id",
+        "name",
+        "kind",
+        "form",
+        "interface",
+        "thickness_um",
+        "finish",
+        "provenance",
+        "quality",
+        "extra",
+    ):
         assert getattr(after, field) == getattr(before, field), field
     assert product_text(after) == path.read_text(encoding="utf-8")
 
@@ -107,7 +118,31 @@ def test_spectra_are_read_only() -> None:
         product().K[0] = 1
 
 
+def test_a_file_of_the_first_schema_is_read_kept_and_brought_up_to_date_when_saved(tmp_path: Path) -> None:
+    """tests/products/schema_1.json was written by the version of 2026-11-23, with two fields that nobody knows."""
+    old = Path(__file__).with_name("schema_1.json")
+    path = tmp_path / "foundation-medium.json"
+    path.write_bytes(old.read_bytes())
+    found = read_product(path)
+    assert path.read_bytes() == old.read_bytes()
+    assert (found.id, found.thickness_um, found.quality) == ("foundation-medium", 20.0, ())
+    assert found.extra == {"lab_note": {"batch": [7, "b"]}, "quality_of_schema_1": "fine"}
+    write_product(found, path)
+    data = json.loads(path.read_text(encoding="utf-8"))
+    assert (data["schema"], data["lab_note"], data["quality_of_schema_1"]) == (2, {"batch": [7, "b"]}, "fine")
+    again = read_product(path)
+    assert np.array_equal(again.K, found.K)
+    assert (again.extra, again.provenance) == (found.extra, found.provenance)
+
+
+def test_every_older_schema_has_a_way_to_the_next() -> None:
+    assert sorted(MIGRATIONS) == list(range(1, SCHEMA))
+
+
 BROKEN = {
+    "quality of numbers": {"quality": [1]},
+    "schema 0": {"schema": 0},
+    "schema of half": {"schema": 1.5},
     "missing K": {"K": None},
     "missing id": {"id": None},
     "missing provenance": {"provenance": None},
