@@ -18,9 +18,10 @@ QUICK_RUNS = 3
 def ladders() -> dict[str, Callable[[], Ladder]]:
     """The ladders that need no scene, by name."""
     from .colour import colour_ladder
+    from .maps import map_ladder
     from .skin import skin_ladder
 
-    return {"colour": colour_ladder, "skin": skin_ladder}
+    return {"colour": colour_ladder, "skin": skin_ladder, "maps": map_ladder}
 
 
 def add_accuracy_command(commands: Any) -> None:
@@ -30,7 +31,9 @@ def add_accuracy_command(commands: Any) -> None:
         "accuracy", help=about, description=about[0].upper() + about[1:] + ".", epilog=EXAMPLE,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )  # fmt: skip
-    sub.add_argument("--ladder", action="append", default=[], help="colour, skin; may be given again (default: all)")
+    sub.add_argument(
+        "--ladder", action="append", default=[], help="colour, skin, maps; may be given again (default: all)"
+    )
     sub.add_argument("--quick", action="store_true", help=f"{QUICK_RUNS} timed runs instead of {RUNS}")
     sub.add_argument("--out", type=Path, default=Path("accuracy"), help="folder of accuracy.html, .csv and .json")
     sub.add_argument("--json", action="store_true", help="print the rungs as JSON on standard output")

@@ -119,7 +119,7 @@ def test_the_command_writes_three_files_and_prints_json(tmp_path, monkeypatch, c
 
 def test_a_ladder_that_does_not_exist_is_bad_input(capsys):
     assert cli.main(["accuracy", "--ladder", "rope"]) == 2
-    assert "no ladder 'rope'; use colour, skin" in capsys.readouterr().err
+    assert "no ladder 'rope'; use colour, skin, maps" in capsys.readouterr().err
 
 
 def test_a_stop_leaves_the_ladders_that_were_finished(tmp_path, monkeypatch, capsys):
