@@ -5,15 +5,22 @@ from __future__ import annotations
 import bpy
 
 from . import ui
-from .update import keep_painted_maps
+from .update import after_undo, keep_painted_maps
 
 _commands: list[object] = []
+_HANDLERS = (
+    ("save_pre", keep_painted_maps),
+    ("undo_post", after_undo),
+    ("redo_post", after_undo),
+    ("load_post", after_undo),
+)
 
 
 def register() -> None:
     """Register classes and the command line; imports no colour science, opens no file, builds nothing."""
     ui.register()
-    bpy.app.handlers.save_pre.append(keep_painted_maps)
+    for event, function in _HANDLERS:
+        getattr(bpy.app.handlers, event).append(function)
     _commands.append(bpy.utils.register_cli_command("km_makeup", _command))
 
 
@@ -21,7 +28,8 @@ def unregister() -> None:
     """Take it all away again; makeup in the open file stays as it is."""
     while _commands:
         bpy.utils.unregister_cli_command(_commands.pop())
-    bpy.app.handlers.save_pre.remove(keep_painted_maps)
+    for event, function in _HANDLERS:
+        getattr(bpy.app.handlers, event).remove(function)
     ui.unregister()
 
 

@@ -100,8 +100,7 @@ def _request(obj: bpy.types.Object, plan: Plan) -> Request:
     products, coats = stack_of(obj, plan)
     light, space = light_of(obj), bpy.data.colorspace.working_space
     skin = skin_under(obj)
-    maps = [images.map_values(layer.map, layer.channel) for layer in layers]
-    maps = [resized(values, makeup.resolution or None) for values in maps]
+    maps = _maps(obj, layers)
     texture = None
     if makeup.finished:
         if skin.texture is None:
@@ -123,6 +122,19 @@ def _request(obj: bpy.types.Object, plan: Plan) -> Request:
         shines=[Shine(p.finish.roughness, p.finish.f0) for p in products] if plan.finish.on else [],
         half=not makeup.full_float,
     )
+
+
+def _maps(obj: bpy.types.Object, layers: list[bpy.types.PropertyGroup]) -> list[NDArray]:
+    """The layers' maps at one size: the resolution that was asked for, else that of the largest; without what is excluded."""
+    makeup = obj.km_makeup
+    maps = [images.map_values(layer.map, layer.channel) for layer in layers]
+    size = makeup.resolution or max((values.shape for values in maps), key=lambda shape: shape[0] * shape[1])
+    maps = [resized(values, size) for values in maps]
+    if makeup.exclusion is None:
+        return maps
+    mask = resized(images.map_values(makeup.exclusion, "R"), maps[0].shape)
+    free = 1 - mask.astype(np.float32) / np.float32(255 if mask.dtype == np.uint8 else 1)
+    return [values.astype(np.float32) / np.float32(255 if values.dtype == np.uint8 else 1) * free for values in maps]
 
 
 def _skin_texture(image: bpy.types.Image, shape: tuple[int, ...], space: str) -> NDArray[np.float32]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import bpy
 import numpy as np
 from numpy.typing import NDArray
@@ -36,21 +38,44 @@ def map_values(image: bpy.types.Image, channel: str) -> NDArray:
 
 
 def statistics(image: bpy.types.Image, channel: str) -> tuple[float, float]:
-    """Highest value and covered share (0..1) of a channel; read again while the image has unsaved strokes."""
+    """Highest value and covered share (0..1) of a channel, as last read.
+
+    Reading millions of texels takes longer than everything else that a change of a property needs, so a map that
+    was found painted counts as painted until `forget_statistics`; one that was found empty is read again while it
+    has unsaved strokes.
+    """
     key = (image.session_uid, channel, tuple(image.size), image.filepath)
-    if image.is_dirty or key not in _statistics:
+    if key not in _statistics or (image.is_dirty and _statistics[key][0] == 0):
         values = map_values(image, channel)
         highest = float(values.max()) / (255 if values.dtype == np.uint8 else 1)
         _statistics[key] = (highest, float(np.count_nonzero(values)) / values.size)
     return _statistics[key]
 
 
-def forget_statistics() -> None:
-    """Read every map again at the next call of `statistics`: undo changes pixels and leaves no mark on the image."""
-    _statistics.clear()
+def forget_statistics(image: bpy.types.Image | None = None) -> None:
+    """Read this map, or every map, again at the next call of `statistics`: undo changes pixels and leaves no mark."""
+    for key in [key for key in _statistics if image is None or key[0] == image.session_uid]:
+        del _statistics[key]
 
 
 _statistics: dict[tuple, tuple[float, float]] = {}
+
+
+def unsaved_maps() -> list[bpy.types.Image]:
+    """Cosmetic maps and exclusion masks with strokes that are neither in the .blend nor in their files."""
+    used = [image for obj in bpy.data.objects if obj.km_makeup.layers for image in _maps(obj)]
+    return [image for image in dict.fromkeys(used) if image.is_dirty or (image.source == "GENERATED" and _bare(image))]
+
+
+def _maps(obj: bpy.types.Object) -> list[bpy.types.Image]:
+    makeup = obj.km_makeup
+    every = [layer.map for layer in makeup.layers] + [makeup.exclusion]
+    return [image for image in every if image is not None and image.library is None]
+
+
+def _bare(image: bpy.types.Image) -> bool:
+    """Whether an image made in Blender is kept nowhere."""
+    return not image.packed_file and not len(image.packed_files)
 
 
 def linear_colours(values: NDArray, image: bpy.types.Image, space: str) -> NDArray:
@@ -97,6 +122,37 @@ def image_from_map(name: str, values: NDArray) -> bpy.types.Image:
     image.update()
     image.pack()
     return image
+
+
+def keep(maps: Iterable[bpy.types.Image | None]) -> None:
+    """Keep images in the file though nothing uses them any more, until the user deletes them."""
+    for image in maps:
+        if image is not None and image.library is None:
+            image.use_fake_user = True
+
+
+def copy_of(image: bpy.types.Image) -> bpy.types.Image:
+    """A packed map with the same pixels, unsaved strokes among them."""
+    twin = bpy.data.images.new(
+        image.name, *image.size, alpha=image.channels == 4, float_buffer=image.is_float, is_data=True
+    )
+    twin.pixels.foreach_set(pixels(image).reshape(-1))
+    twin.update()
+    twin.pack()
+    return twin
+
+
+def filled_like(image: bpy.types.Image | None, name: str, value: float) -> bpy.types.Image:
+    """A packed map of one value, as large and deep as ``image``; 2048x2048 bytes where there is none."""
+    width, height = image.size if image is not None and min(image.size) > 0 else (2048, 2048)
+    made = bpy.data.images.new(
+        image.name if image is not None else name, width, height, alpha=False,
+        float_buffer=image is not None and image.is_float, is_data=True,
+    )  # fmt: skip
+    made.pixels.foreach_set(np.tile(np.array([value] * 3 + [1], np.float32), width * height))
+    made.update()
+    made.pack()
+    return made
 
 
 def load_map(path: str, channel: str, values: NDArray) -> bpy.types.Image:

@@ -6,21 +6,25 @@ while the plan lists a film. The slot and its original are remembered, so taking
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import bpy
+import numpy as np
 
 from ..effects import Engine, LayerFacts, Plan, SceneFacts, Switch, make_plan
 from ..errors import MakeupError
-from ..makeup import Coat, coat, fit_transfers, interface_of
-from ..products import Product
-from ..spectra import bands, upsample_skin
-from . import images
+from ..makeup import Coat, coat, interface_of
+from ..products import Finish, Product
+from . import fitting, images
 from .library import library
-from .nodes.groups import BakedNodes, FilmNodes, is_ours, makeup_group
+from .nodes.groups import KIND, BakedNodes, FilmNodes, is_ours, makeup_group, retune, signature_of
 from .shaders import apply_makeup, skin_colour_sockets
 from .skin import Skin, skin_of
 from .update import paused
 
 MADE = "km_makeup_made"
+DRESSING = "km_makeup_dressing"
+"""How a copy's shaders were rewired; while that is the same, only the group in it is changed."""
 
 
 def set_up(obj: bpy.types.Object, slots: list[int] | None = None, uv_map: str | None = None) -> None:
@@ -107,7 +111,8 @@ def remove(obj: bpy.types.Object, keep_layers: bool = False) -> None:
     if not keep_layers:
         obj.km_makeup.layers.clear()
         with paused():
-            obj.km_makeup.path = "LIVE"
+            obj.km_makeup.path, obj.km_makeup.show = "LIVE", True
+            obj.km_makeup.exclusion, obj.km_makeup.paints_exclusion = None, False
         for texture in ("R", "T2", "R_up", "albedo", "finish"):
             setattr(obj.km_makeup, f"baked_{texture}", None)
 
@@ -188,6 +193,11 @@ def _delete(material: bpy.types.Material | None) -> None:
         return
     trees = _groups_in(material.node_tree)
     bpy.data.materials.remove(material)
+    _delete_unused(trees)
+
+
+def _delete_unused(trees: list[bpy.types.NodeTree]) -> None:
+    """Delete those of the groups that nothing uses, and then those that only these used."""
     while unused := [tree for tree in trees if not tree.users]:
         trees = [tree for tree in trees if tree.users]
         for tree in unused:
@@ -216,6 +226,7 @@ def engines_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> frozenset[Engin
 def facts_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> SceneFacts:
     """Facts about the object's layers; in a window the active layer counts as the one to be painted."""
     layers = []
+    alone = any(layer.solo for layer in obj.km_makeup.layers)
     for index, layer in enumerate(obj.km_makeup.layers):
         product = library().find(layer.product)
         high, covered = images.statistics(layer.map, layer.channel) if layer.map else (0.0, 0.0)
@@ -228,7 +239,7 @@ def facts_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> SceneFacts:
                 thickness_mm=layer.thickness_um / 1000,
                 map_max=high,
                 coverage=covered,
-                enabled=layer.enabled,
+                enabled=layer.enabled and (layer.solo or not alone),
                 internal=product.interface == "internal",
                 switch=Switch(layer.switch.lower()),
                 mapped=layer.map is not None,
@@ -261,12 +272,25 @@ def skin_under(obj: bpy.types.Object) -> Skin:
 def stack_of(obj: bpy.types.Object, plan: Plan) -> tuple[list[Product], list[Coat]]:
     """Products and coats of the films that the plan lists, bottom to top."""
     layers = [obj.km_makeup.layers[i] for i in plan.film_indices]
-    products = [library().find(layer.product) for layer in layers]
+    products = [product_of(layer) for layer in layers]
     return products, [coat(p, layer.thickness_um) for p, layer in zip(products, layers)]
 
 
-def refresh(obj: bpy.types.Object, scene: bpy.types.Scene | None = None) -> Plan:
-    """Bring the object's materials to what its layers say; build what the plan lists, and nothing else."""
+def product_of(layer: bpy.types.PropertyGroup) -> Product:
+    """The product of a layer, with the finish and the form that the layer puts in place of the product's own."""
+    product = library().find(layer.product)
+    if layer.own_finish:
+        product = replace(product, finish=Finish(layer.roughness, layer.f0))
+    if layer.form != "PRODUCT":
+        product = replace(product, form=layer.form.lower())
+    return product
+
+
+def refresh(obj: bpy.types.Object, scene: bpy.types.Scene | None = None, anew: bool = False) -> Plan:
+    """Bring the object's materials to what its layers say; build what the plan lists, and nothing else.
+
+    Where only numbers changed they are set in the nodes that are there; ``anew`` copies the materials again.
+    """
     scene = scene or bpy.context.scene
     _check_set_up(obj)
     plan = plan_of(obj, scene)
@@ -274,11 +298,72 @@ def refresh(obj: bpy.types.Object, scene: bpy.types.Scene | None = None) -> Plan
         _bare(obj)
         return plan
     parts = _baked_parts(obj, plan) if plan.any_film and obj.km_makeup.path == "BAKED" else _live_parts(obj, plan)
-    group = makeup_group(parts, obj.km_makeup.uv_map, f"KM Makeup {obj.name}", finish=plan.finish.on)
     engines = engines_of(obj, scene)
+    if anew or not _retuned(obj, parts, engines, plan):
+        exclusion = obj.km_makeup.exclusion
+        label = f"KM Makeup {obj.name}"
+        group = makeup_group(parts, obj.km_makeup.uv_map, label, plan.finish.on, exclusion)
+        for entry in obj.km_makeup.slots:
+            _dress(obj, entry, group, engines, plan)
     for entry in obj.km_makeup.slots:
-        _dress(obj, entry, group, engines, plan)
+        _wear(obj, entry)
     return plan
+
+
+def _retuned(
+    obj: bpy.types.Object, parts: list[FilmNodes] | BakedNodes, engines: frozenset[Engine], plan: Plan
+) -> bool:
+    """Bring the group in the object's copies to ``parts``; False where the copies have to be made anew."""
+    entries = obj.km_makeup.slots
+    if any(entry.made is None or entry.made.get(DRESSING) != _dressing(entry, engines, plan) for entry in entries):
+        return False
+    if any(_made_up_by_another(obj, entry.made) for entry in entries):
+        return False
+    nodes = [node for entry in entries for node in _makeup_nodes(entry.made.node_tree)]
+    groups = list(dict.fromkeys(node.node_tree for node in nodes))
+    if len(groups) != 1:
+        return False
+    (group,) = groups
+    settings = (obj.km_makeup.uv_map, plan.finish.on, obj.km_makeup.exclusion)
+    if retune(group, parts, *settings):
+        return True
+    uv_map, finish, exclusion = settings
+    new = makeup_group(parts, uv_map, f"KM Makeup {obj.name}", finish, exclusion)
+    for node in nodes:
+        node.node_tree = new
+    _delete_unused([group, *_groups_in(group)])
+    return True
+
+
+def _dressing(entry: bpy.types.PropertyGroup, engines: frozenset[Engine], plan: Plan) -> str:
+    """All that the rewiring of a material depends on, as a short hash."""
+    effects = [(effect.name, effect.on) for effect in plan.effects if effect not in plan.films]
+    return signature_of(entry.original.name, sorted(engine.name for engine in engines), effects)
+
+
+def _makeup_nodes(tree: bpy.types.NodeTree) -> list[bpy.types.Node]:
+    """The instances of a makeup group in a copy's tree, inside its own groups too."""
+    found = []
+    for node in tree.nodes:
+        inner = getattr(node, "node_tree", None)
+        if inner is None:
+            continue
+        if is_ours(inner):
+            found += [node] if inner[KIND] == "makeup" else []
+        else:
+            found += _makeup_nodes(inner)
+    return found
+
+
+def _wear(obj: bpy.types.Object, entry: bpy.types.PropertyGroup) -> None:
+    """Put the copy into its slot, or the original while the face is shown without makeup."""
+    slot = obj.material_slots[entry.index]
+    wanted = entry.made if obj.km_makeup.show else entry.original
+    if slot.material == wanted:
+        return
+    if slot.link == "DATA" and (obj.data.users > 1 or obj.data.library):
+        slot.link = "OBJECT"
+    slot.material = wanted
 
 
 def _dress(
@@ -288,10 +373,10 @@ def _dress(
     engines: frozenset[Engine],
     plan: Plan,
 ) -> None:
-    """Give one slot a copy of its skin material with the makeup group in it."""
+    """Make a copy of one slot's skin material with the makeup group in it."""
     material = entry.original.copy()
     material.name = f"{entry.original.name} with Makeup"
-    material[MADE] = True
+    material[MADE], material[DRESSING] = True, _dressing(entry, engines, plan)
 
     def instance(tree: bpy.types.NodeTree) -> bpy.types.Node:
         node = tree.nodes.new("ShaderNodeGroup")
@@ -299,12 +384,8 @@ def _dress(
         return node
 
     apply_makeup(material, instance, engines, plan.screen_diffusion.on, plan.dither.on)
-    old = entry.made
-    slot = obj.material_slots[entry.index]
-    if slot.link == "DATA" and (obj.data.users > 1 or obj.data.library):
-        slot.link = "OBJECT"
-    slot.material = material
-    entry.made = material
+    old, entry.made = entry.made, material
+    _wear(obj, entry)
     _delete(old)
 
 
@@ -312,10 +393,11 @@ def _live_parts(obj: bpy.types.Object, plan: Plan) -> list[FilmNodes]:
     if not plan.any_film:
         return []
     products, coats = stack_of(obj, plan)
-    light, space = light_of(obj), bpy.data.colorspace.working_space
-    skins = upsample_skin(skin_under(obj).colours, light=light, space=space)
-    transfers = fit_transfers(coats, skins, interface_of(products), bands(light, space))
+    skin = fitting.SkinColours.of(skin_under(obj))
+    transfers = fitting.transfers(coats, skin, interface_of(products), light_of(obj), bpy.data.colorspace.working_space)
     layers = [obj.km_makeup.layers[i] for i in plan.film_indices]
+    for layer, transfer in zip(layers, transfers):
+        layer.swatch = transfer.apply(np.array(1.0), skin.colours.mean(axis=0)).clip(0, 1)
     return [
         FilmNodes(
             image=layer.map,

@@ -76,7 +76,23 @@ def _direct_image(socket: bpy.types.NodeSocket, uv_map: str) -> bpy.types.Image 
     return node.image
 
 
+_samples: dict[tuple, NDArray] = {}
+
+
+def forget_samples() -> None:
+    """Read every skin texture again when it is asked for."""
+    _samples.clear()
+
+
 def _sample(image: bpy.types.Image, space: str) -> NDArray:
+    """Colours of a texture; kept, since reading millions of texels takes longer than all fits, unless it has unsaved strokes."""
+    key = (image.session_uid, tuple(image.size), image.filepath, image.colorspace_settings.name, space)
+    if image.is_dirty or key not in _samples:
+        _samples[key] = _read(image, space)
+    return _samples[key]
+
+
+def _read(image: bpy.types.Image, space: str) -> NDArray:
     values = images.pixels(image)[..., :3]
     height, width = values.shape[:2]
     rows = np.linspace(0, height - 1, min(GRID, height)).astype(int)

@@ -1,4 +1,8 @@
-"""Rebuilding after a property changed: at once, or once at the end of many changes."""
+"""Rebuilding after a property changed: at once, or once at the end of many changes; and what has to happen around undo.
+
+Blender records no step of undo for a property that is changed in a panel while a brush mode is on, and the undo of
+the next stroke would silently take the change with it. So a step is pushed here, once the value rests.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +12,12 @@ from collections.abc import Iterator
 import bpy
 
 _paused = 0
+_step = ""
+"""Name of the step of undo that waits to be pushed."""
+
+_undone = 0
+REST = 0.3
+"""Seconds for which a value must not change before its step of undo is pushed."""
 
 
 @contextlib.contextmanager
@@ -45,8 +55,28 @@ def setting_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -
     _changed(self.id_data)
 
 
-def _changed(obj: bpy.types.Object, stale: bool = False) -> None:
-    from ..errors import MakeupError
+def active_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+    """Another layer is selected: the brush paints on its map from now on."""
+    from . import images
+    from .painting import follow_layer
+
+    if not _paused:
+        left = bpy.context.scene.tool_settings.image_paint.canvas
+        if left is not None:
+            images.forget_statistics(left)  # it may have been painted, or erased to nothing
+        follow_layer(self.id_data, bpy.context.scene)
+        _changed(self.id_data, name="Select Layer")
+
+
+def exclusion_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+    """Another exclusion mask, or none."""
+    if self.exclusion is None and self.paints_exclusion:
+        with paused():
+            self.paints_exclusion = False
+    active_changed(self, context)
+
+
+def _changed(obj: bpy.types.Object, stale: bool = False, name: str = "Makeup") -> None:
     from .makeup import refresh
 
     if _paused or not obj.km_makeup.slots:
@@ -54,8 +84,16 @@ def _changed(obj: bpy.types.Object, stale: bool = False) -> None:
     if stale and obj.km_makeup.path == "BAKED":
         with paused():
             obj.km_makeup.path = "LIVE"
+    told(obj, refresh)
+    push_step(obj, name)
+
+
+def told(obj: bpy.types.Object, build: object) -> None:
+    """Run ``build(obj)``; a MakeupError is kept on the object, where the panel shows it, until it is mended."""
+    from ..errors import MakeupError
+
     try:
-        refresh(obj)
+        build(obj)  # type: ignore[operator]
     except MakeupError as error:
         obj.km_makeup["problem"] = str(error)
         print(f"KM Makeup: {error}")
@@ -64,10 +102,59 @@ def _changed(obj: bpy.types.Object, stale: bool = False) -> None:
             del obj.km_makeup["problem"]
 
 
+def push_step(obj: bpy.types.Object, name: str) -> None:
+    """Push a step of undo soon, where Blender itself pushes none: in the brush modes of a window."""
+    global _step
+    if bpy.app.background or obj.mode not in {"TEXTURE_PAINT", "SCULPT"}:
+        return
+    _step = name
+    if bpy.app.timers.is_registered(_push):
+        bpy.app.timers.unregister(_push)
+    bpy.app.timers.register(_push, first_interval=REST)
+
+
+def _push() -> float | None:
+    """Timer: push the step that waits, unless a stroke or another operator is under way."""
+    global _step
+    windows = bpy.context.window_manager.windows
+    if any(window.modal_operators for window in windows):
+        return REST
+    if _step and windows:
+        # Without an active object the step is a global one; in Texture Paint it would hold pixels alone.
+        with bpy.context.temp_override(window=windows[0], active_object=None, object=None):
+            bpy.ops.ed.undo_push(message=_step)
+    _step = ""
+    return None
+
+
+def times_undone() -> int:
+    """How often the file was undone, redone or opened since Blender started: pointers held from before are not valid."""
+    return _undone
+
+
+@bpy.app.handlers.persistent
+def after_undo(*_: object) -> None:
+    """After an undo, a redo or opening a file: maps are read again, and the brush follows the layer that is selected now.
+
+    Blender keeps the canvas through an undo and the selected layer not.
+    """
+    global _undone, _step
+    from . import images
+    from .painting import follow_layer
+
+    _undone += 1
+    _step = ""
+    images.forget_statistics()
+    for scene in bpy.data.scenes:
+        for obj in scene.objects:
+            if obj.km_makeup.layers and obj.mode == "TEXTURE_PAINT":
+                follow_layer(obj, scene)
+
+
 @bpy.app.handlers.persistent
 def keep_painted_maps(*_: object) -> None:
-    """Before the .blend is saved: strokes on packed and new maps go into it, which Blender leaves to a question on closing."""
-    maps = {layer.map for obj in bpy.data.objects for layer in obj.km_makeup.layers if layer.map is not None}
-    for image in maps:
-        if image.is_dirty and (image.packed_file or image.source == "GENERATED"):
-            image.pack()
+    """Before the .blend is saved: strokes on maps go into it, which Blender leaves to a question on closing."""
+    from .images import unsaved_maps
+
+    for image in unsaved_maps():
+        image.pack()

@@ -2,7 +2,7 @@
 
 from .coat import Coat, OnSkin, coat, coats_of, interface_of, on_skin
 from .look import Layer, Look, parse_layer
-from .transfer import Transfer, fit_transfers
+from .transfer import Transfer, fit_transfer, fit_transfers
 
 __all__ = [
     "Coat",
@@ -12,6 +12,7 @@ __all__ = [
     "Transfer",
     "coat",
     "coats_of",
+    "fit_transfer",
     "fit_transfers",
     "interface_of",
     "on_skin",

@@ -65,12 +65,13 @@ def fit_transfers(
     ground = np.atleast_2d(skins)
     transfers = []
     for one in coats:
-        transfers.append(_fit_one(one, ground, interface, bands, stops))
-        ground = _under_next(one, ground, interface)
+        transfers.append(fit_transfer(one, ground, interface, bands, stops))
+        ground = under_next(one, ground, interface)
     return transfers
 
 
-def _fit_one(one: Coat, ground: NDArray, interface: Interface | None, bands: Bands, stops: int) -> Transfer:
+def fit_transfer(one: Coat, ground: NDArray, interface: Interface | None, bands: Bands, stops: int = STOPS) -> Transfer:
+    """The transfer of one film over the reflectances ``ground`` (count, bands) that it will meet."""
     values = stop_positions(stops) ** 2
     optics = on_skin([one.at(values)], interface)
     W = bands.weights
@@ -104,7 +105,7 @@ def _ridge(c: NDArray, seen: NDArray, weight: NDArray) -> NDArray:
     return prior + np.linalg.solve(gram, right[..., None])[..., 0]
 
 
-def _under_next(one: Coat, ground: NDArray, interface: Interface | None) -> NDArray:
+def under_next(one: Coat, ground: NDArray, interface: Interface | None) -> NDArray:
     """The reflectances that the next film will meet: those below, under this film at several values.
 
     The number is kept within bounds by taking every n-th, in a fixed order.

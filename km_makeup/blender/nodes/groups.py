@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import bpy
 import numpy as np
@@ -18,10 +18,13 @@ from ...makeup.finish import RELIEF_DEPTH_MM
 from ...makeup.transfer import Transfer, stop_positions
 from .expression import Colour, Scalar, Tree
 
-VERSION = 1
+VERSION = 2
 """Raised when a builder changes what it builds; groups of other versions are built again."""
 
 KIND, STAMP, SIGNATURE = "km_makeup_group", "km_makeup_version", "km_makeup_signature"
+VALUES = "km_makeup_values"
+"""What the numbers in a group of its own were set from; its SIGNATURE tells how it is built."""
+
 OFFSET, SCALE = 0.5, 0.5
 """Colour ramps clamp at 0: the matrix entries are stored as (entry + OFFSET) SCALE."""
 
@@ -55,9 +58,9 @@ def signature_of(*parts: object) -> str:
     return digest.hexdigest()[:16]
 
 
-def _ramp(tree: Tree, position: Scalar, stops: NDArray) -> Colour:
+def _ramp(tree: Tree, position: Scalar, stops: NDArray, name: str) -> Colour:
     """A colour ramp holding ``stops`` (count, 3) at the positions of the transfer."""
-    node = tree.node("ShaderNodeValToRGB")
+    node = tree.node("ShaderNodeValToRGB", name=name)
     ramp = node.color_ramp
     ramp.color_mode, ramp.interpolation = "RGB", "LINEAR"
     elements = ramp.elements
@@ -65,10 +68,24 @@ def _ramp(tree: Tree, position: Scalar, stops: NDArray) -> Colour:
     elements[0].position, elements[1].position = 0.0, 1.0
     for place in positions[1:-1]:
         elements.new(float(place))
-    for element, colour in zip(elements, stops):
-        element.color = (*(float(c) for c in colour), 1.0)
+    _set_stops(ramp, stops)
     tree.feed(node.inputs["Factor"] if "Factor" in node.inputs else node.inputs[0], position)
     return Colour(tree, node.outputs["Color"])
+
+
+def _set_stops(ramp: bpy.types.ColorRamp, stops: NDArray) -> None:
+    """All stops at once, telling nobody: set one by one, each would update every tree that the ramp is in."""
+    colours = np.ones((len(stops), 4), np.float32)
+    colours[:, :3] = stops
+    ramp.elements.foreach_set("color", colours.reshape(-1))
+
+
+def _stops(transfer: Transfer) -> list[NDArray]:
+    """What the four ramps of a film hold: ``a``, and the columns of M moved into 0..1."""
+    return [transfer.a, *((transfer.M[:, :, j] + OFFSET) * SCALE for j in range(3))]
+
+
+RAMPS = ("a", "M red", "M green", "M blue")
 
 
 def film_group(transfer: Transfer, label: str) -> bpy.types.NodeTree:
@@ -79,17 +96,33 @@ def film_group(transfer: Transfer, label: str) -> bpy.types.NodeTree:
         below = tree.colour_input("Below", "Linear RGB reflectance of what lies below, films and skin")
         film_below = tree.colour_input("Film Below", "The part of it that the films below send back by themselves")
         position = value.clamped().sqrt()
-        a = _ramp(tree, position, transfer.a)
-        columns = [
-            _ramp(tree, position, (transfer.M[:, :, j] + OFFSET) * SCALE).times_plus(
-                tree.colour((1 / SCALE,) * 3), tree.colour((-OFFSET,) * 3)
-            )
-            for j in range(3)
-        ]
+        a, *rows = (_ramp(tree, position, stops, name) for stops, name in zip(_stops(transfer), RAMPS))
+        columns = [row.times_plus(tree.colour((1 / SCALE,) * 3), tree.colour((-OFFSET,) * 3)) for row in rows]
         tree.output("Colour", _affine(a, columns, below), "Linear RGB reflectance with this film on top")
         tree.output("Film", _affine(a, columns, film_below), "The part of it that the films send back by themselves")
 
-    return owned_group("film", signature_of(transfer.a, transfer.M), f"KM Film {label}", build)
+    return owned_group("film", _film_mark(transfer), f"KM Film {label}", build)
+
+
+def _film_mark(transfer: Transfer) -> str:
+    return signature_of(transfer.a, transfer.M)
+
+
+def _retune_film(node: bpy.types.Node, transfer: Transfer, label: str) -> None:
+    """Make a film's group hold another transfer: its ramps are set anew, or another group is taken where it is shared."""
+    tree = node.node_tree
+    if tree.get(SIGNATURE) == _film_mark(transfer):
+        return
+    if tree.users > 1 or tree.get(STAMP) != VERSION:
+        node.node_tree = film_group(transfer, label)
+        if not tree.users:
+            bpy.data.node_groups.remove(tree)
+        return
+    for name, stops in zip(RAMPS, _stops(transfer)):
+        _set_stops(tree.nodes[name].color_ramp, stops)
+    first = tree.nodes[RAMPS[0]].color_ramp.elements[0]
+    first.color = tuple(first.color)  # this one is told, and the tree is updated once
+    tree[SIGNATURE], tree.name = _film_mark(transfer), f"KM Film {label}"
 
 
 def _affine(a: Colour, columns: Sequence[Colour], c: Colour) -> Colour:
@@ -141,22 +174,28 @@ class BakedNodes:
 
 
 def makeup_group(
-    parts: Sequence[FilmNodes] | BakedNodes, uv_map: str, label: str, finish: bool = True
+    parts: Sequence[FilmNodes] | BakedNodes,
+    uv_map: str,
+    label: str,
+    finish: bool = True,
+    exclusion: bpy.types.Image | None = None,
 ) -> bpy.types.NodeTree:
     """The whole makeup of one object: skin colour in; colour, film part, skin part and finish out.
 
     The film part is never more than the whole and the skin part never negative: where a saturated film
     leaves a negative skin channel, the remainder belongs to the film part, so the sum stays exact.
-    Without ``finish`` the group has no such output, and the highlight stays the skin's.
+    Without ``finish`` the group has no such output, and the highlight stays the skin's. Where ``exclusion``
+    is white no makeup lies (it is in baked textures already).
     """
-    signature = signature_of(uv_map, finish, *_marks(parts))
 
     def build(tree: Tree) -> None:
         skin = tree.colour_input("Skin", "Linear RGB reflectance of the bare skin")
         uv = tree.node("ShaderNodeUVMap", uv_map=uv_map)
         vector = Colour(tree, uv.outputs[0])
-        make = _baked if isinstance(parts, BakedNodes) else _live
-        total, film, gloss = make(tree, parts, skin, vector, finish)  # type: ignore[arg-type]
+        if isinstance(parts, BakedNodes):
+            total, film, gloss = _baked(tree, parts, skin, vector, finish)
+        else:
+            total, film, gloss = _live(tree, parts, skin, vector, finish, exclusion)
         total = total.maximum(0.0)
         skin_part = (total - film.maximum(0.0)).maximum(0.0)
         film_part = (total - skin_part).maximum(0.0)
@@ -166,27 +205,77 @@ def makeup_group(
         if gloss is not None:
             tree.output("Finish", gloss, "Share of skin's own highlight; films' slope variance; films' F0")
 
-    return owned_group("makeup", signature, label, build)
+    tree = bpy.data.node_groups.new(label, "ShaderNodeTree")
+    tree[KIND], tree[STAMP] = "makeup", VERSION
+    tree[SIGNATURE], tree[VALUES] = structure_of(parts, uv_map, finish, exclusion), _values_of(parts)
+    builder = Tree(tree)
+    build(builder)
+    builder.arrange()
+    return tree
 
 
-def _marks(parts: Sequence[FilmNodes] | BakedNodes) -> list[object]:
+TUNED = {"strength", "thickness_mm", "roughness", "f0", "transfer", "label"}
+"""Fields of a film that `retune` can change in a group that is there; all others need it built anew."""
+
+
+def structure_of(
+    parts: Sequence[FilmNodes] | BakedNodes, uv_map: str, finish: bool, exclusion: bpy.types.Image | None
+) -> str:
+    """How a makeup group is built, as a short hash: everything but the numbers that `retune` sets."""
+    marks: list[object] = [uv_map, finish]
     if isinstance(parts, BakedNodes):
-        images = (parts.R, parts.T2, parts.R_up, parts.albedo, parts.finish)
-        return ["baked", *(image.name if image else "" for image in images)]
-    marks: list[object] = ["live"]
-    for p in parts:
-        marks += [
-            p.image.name,
-            p.channel,
-            p.strength,
-            p.thickness_mm,
-            p.powder,
-            p.roughness,
-            p.f0,
-            p.transfer.a,
-            p.transfer.M,
-        ]
-    return marks
+        return signature_of("baked", *marks, *(_mark(getattr(parts, field.name)) for field in fields(parts)))
+    for part in parts:
+        marks += [_mark(getattr(part, field.name)) for field in fields(part) if field.name not in TUNED]
+    return signature_of("live", *marks, _mark(exclusion))
+
+
+def _values_of(parts: Sequence[FilmNodes] | BakedNodes) -> str:
+    if isinstance(parts, BakedNodes):
+        return ""
+    return signature_of(
+        *((p.strength, p.thickness_mm, p.roughness, p.f0, _film_mark(p.transfer), p.label) for p in parts)
+    )
+
+
+def _mark(value: object) -> object:
+    """A value in a signature, datablocks by their name."""
+    return value.name if isinstance(value, bpy.types.ID) else value
+
+
+def _shows(group: bpy.types.NodeTree, parts: Sequence[FilmNodes] | BakedNodes) -> bool:
+    """Whether the group's textures hold the images of ``parts`` themselves, not others of their names."""
+    shown = [node.image for node in group.nodes if node.bl_idname == "ShaderNodeTexImage"]
+    if isinstance(parts, BakedNodes):
+        return all(getattr(parts, f.name) in [*shown, None] for f in fields(parts))
+    return all(part.image in shown for part in parts)
+
+
+def retune(
+    group: bpy.types.NodeTree,
+    parts: Sequence[FilmNodes] | BakedNodes,
+    uv_map: str,
+    finish: bool,
+    exclusion: bpy.types.Image | None,
+) -> bool:
+    """Set the numbers of a makeup group to those of ``parts``; False where it is built otherwise and has to be made anew."""
+    if group.get(STAMP) != VERSION or group.get(SIGNATURE) != structure_of(parts, uv_map, finish, exclusion):
+        return False
+    if not _shows(group, parts):
+        return False
+    values = _values_of(parts)
+    if isinstance(parts, BakedNodes) or group.get(VALUES) == values:
+        return True
+    for i, part in enumerate(parts):
+        _retune_film(group.nodes[f"Film {i + 1}"], part.transfer, part.label)
+        group.nodes[f"Strength {i + 1}"].inputs[1].default_value = part.strength
+        if finish:
+            cover, own = group.nodes[f"Cover {i + 1}"], group.nodes[f"Own {i + 1}"]
+            cover.inputs[1].default_value = _cover_factor(part)
+            for socket, value in zip(own.inputs, _own_finish(part)):
+                socket.default_value = value
+    group[VALUES] = values
+    return True
 
 
 def _texture(tree: Tree, image: bpy.types.Image, vector: Colour) -> Colour:
@@ -220,29 +309,52 @@ def _baked(
 
 
 def _live(
-    tree: Tree, parts: Sequence[FilmNodes], skin: Colour, vector: Colour, finish: bool
+    tree: Tree,
+    parts: Sequence[FilmNodes],
+    skin: Colour,
+    vector: Colour,
+    finish: bool,
+    exclusion: bpy.types.Image | None = None,
 ) -> tuple[Colour, Colour, Colour | None]:
     total, film = skin, tree.colour((0.0, 0.0, 0.0))
     gloss = tree.colour((1.0, 0.0, 0.0)) if finish else None
     textures: dict[str, tuple[Scalar, ...]] = {}
-    for part in parts:
+    free = 1.0 - _map_channels(tree, exclusion, vector)[0] if exclusion else None
+    for number, part in enumerate(parts, 1):
         if part.image.name not in textures:
             textures[part.image.name] = _map_channels(tree, part.image, vector)
         value = textures[part.image.name][part.channel]
-        if part.strength != 1:
-            value = value * part.strength
+        if free is not None:
+            value = value * free
+        value = _named(value * part.strength, f"Strength {number}")
         node = tree.group(film_group(part.transfer, part.label), Value=value, Below=total, Film_Below=film)
+        node.name = f"Film {number}"
         total, film = Colour(tree, node.outputs["Colour"]), Colour(tree, node.outputs["Film"])
         if gloss is not None:
-            gloss = _finish_over(tree, part, value, gloss)
+            gloss = _finish_over(tree, part, value, gloss, number)
     return total, film, gloss
 
 
-def _finish_over(tree: Tree, part: FilmNodes, value: Scalar, below: Colour) -> Colour:
+def _named(value: Scalar, name: str) -> Scalar:
+    """The value, its node named so that `retune` finds it."""
+    value.socket.node.name = name
+    return value
+
+
+def _finish_over(tree: Tree, part: FilmNodes, value: Scalar, below: Colour, number: int) -> Colour:
     """The finish with this film on top: what is below fades by the film's coverage (`makeup.finish`)."""
-    if part.powder:
-        covered = value * float(1 - np.exp(-part.thickness_mm / RELIEF_DEPTH_MM))
-    else:
-        covered = 1.0 - (value * (-part.thickness_mm / RELIEF_DEPTH_MM)).exp()
-    own = tree.colour((0.0, part.roughness**4, part.f0))
+    weighted = _named(value * _cover_factor(part), f"Cover {number}")
+    covered = weighted if part.powder else 1.0 - weighted.exp()
+    own = tree.colour(_own_finish(part))
+    own.socket.node.name = f"Own {number}"
     return below + (own - below) * covered
+
+
+def _cover_factor(part: FilmNodes) -> float:
+    """What the painted value is multiplied by on the way to the film's coverage."""
+    depths = part.thickness_mm / RELIEF_DEPTH_MM
+    return float(1 - np.exp(-depths)) if part.powder else -depths
+
+
+def _own_finish(part: FilmNodes) -> tuple[float, float, float]:
+    return (0.0, part.roughness**4, part.f0)

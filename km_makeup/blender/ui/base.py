@@ -95,7 +95,11 @@ def paragraph(layout: bpy.types.UILayout, text: str, icon: str = "NONE", width: 
         column.label(text=line, icon=icon if number == 0 else ("BLANK1" if icon != "NONE" else "NONE"))
 
 
+def active_index(obj: bpy.types.Object) -> int:
+    """Index of the layer that is selected in the list, which may lie past its end after an undo; -1 without layers."""
+    return min(max(0, obj.km_makeup.active), len(obj.km_makeup.layers) - 1)
+
+
 def active_layer(obj: bpy.types.Object) -> bpy.types.PropertyGroup | None:
     """The layer that is selected in the list, if there is one."""
-    layers = obj.km_makeup.layers
-    return layers[max(0, min(obj.km_makeup.active, len(layers) - 1))] if layers else None
+    return obj.km_makeup.layers[active_index(obj)] if obj.km_makeup.layers else None

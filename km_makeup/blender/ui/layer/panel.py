@@ -1,36 +1,106 @@
-"""The active layer."""
+"""The active layer: what it is, the brush, its map."""
 
 from __future__ import annotations
 
 import bpy
 
-from ..base import MakeupPanel, active_layer, in_two_places
+from ..base import MakeupPanel, active_layer, in_two_places, paragraph
 from ..products import picker
 from ..set_up.panel import KM_PT_makeup
-from .operators import KM_OT_load_map
+from .operators import STROKES, KM_OT_fill, KM_OT_load_map, KM_OT_paint
 
 
-class KM_PT_layer(MakeupPanel):
-    """The active layer"""
-
-    bl_label = "Layer"
-    parent = KM_PT_makeup
-
+class _LayerPanel(MakeupPanel):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return super().poll(context) and bool(context.object.km_makeup.layers)
 
+
+class KM_PT_layer(_LayerPanel):
+    """Product and thickness of the active layer"""
+
+    bl_label = "Layer"
+    parent = KM_PT_makeup
+
     def draw(self, context: bpy.types.Context) -> None:
-        layer = active_layer(context.object)
-        layout = self.layout
-        layout.use_property_split = True
-        picker.draw(layout, layer)
-        layout.prop(layer, "thickness_um", text="Film (µm)")
-        layout.prop(layer, "strength")
-        layout.template_ID(layer, "map", new="image.new", open="image.open")
-        layout.operator(KM_OT_load_map.bl_idname, icon="IMAGE_DATA")
-        layout.prop(layer, "channel")
-        layout.prop(layer, "switch")
+        layer, layout = active_layer(context.object), self.layout
+        picker.draw(layout, layer, scale=3.0)
+        layout.use_property_split, layout.use_property_decorate = True, False
+        column = layout.column(align=True)
+        column.prop(layer, "thickness_um", text="Thickness µm")
+        column.prop(layer, "strength")
+        layout.prop(layer, "form")
 
 
-CLASSES = in_two_places(KM_PT_layer)
+class KM_PT_paint(_LayerPanel):
+    """The brush and the map of the active layer"""
+
+    bl_label = "Paint"
+    parent = KM_PT_layer
+
+    def draw(self, context: bpy.types.Context) -> None:
+        from ... import painting
+
+        obj, layout = context.object, self.layout
+        makeup, layer = obj.km_makeup, active_layer(obj)
+        in_hand = painting.stroke_of(context.scene) if painting.is_painted(obj, context.scene) else None
+        row = layout.row(align=True)
+        for name, label, _, icon, _ in STROKES:
+            pressed = in_hand is not None and in_hand.name == name
+            row.operator(KM_OT_paint.bl_idname, text=label, icon=icon, depress=pressed).stroke = name
+        if obj.mode == "TEXTURE_PAINT":
+            _brush(layout, context, makeup, in_hand is not None)
+        row = layout.row(align=True)
+        row.operator(KM_OT_fill.bl_idname, text="Fill", icon="SNAP_FACE").value = 1
+        row.operator(KM_OT_fill.bl_idname, text="Clear", icon="TRASH").value = 0
+        row = layout.row(align=True)
+        row.template_ID(layer, "map", new=KM_OT_fill.bl_idname, open=KM_OT_load_map.bl_idname)
+        column = layout.column()
+        column.use_property_split, column.use_property_decorate = True, False
+        column.prop(layer, "channel")
+
+
+def _brush(layout: bpy.types.UILayout, context: bpy.types.Context, makeup: bpy.types.PropertyGroup, ours: bool) -> None:
+    """Settings of the brush in hand, or where it paints if that is not this layer's map."""
+    paint = context.scene.tool_settings.image_paint
+    if not ours:
+        canvas = f"{paint.canvas.name!r}" if paint.mode == "IMAGE" and paint.canvas else "the material's own images"
+        paragraph(layout, f"The brush paints on {canvas}; press Paint to paint this layer.", "INFO")
+        return
+    if makeup.paints_exclusion:
+        paragraph(layout, "The brush paints on the exclusion mask.", "INFO")
+    column = layout.column(align=True)
+    column.use_property_split, column.use_property_decorate = True, False
+    column.prop(makeup, "brush_value", text="Value")
+    column.prop(paint.unified_paint_settings, "size", text="Size")
+    brush = paint.brush
+    if brush is not None:
+        owner = paint.unified_paint_settings if paint.unified_paint_settings.use_unified_strength else brush
+        column.prop(owner, "strength", text="Flow")
+        column = layout.column(heading="Pressure")
+        column.use_property_split, column.use_property_decorate = True, False
+        column.prop(brush, "use_pressure_strength", text="Thickness")
+    column = layout.column(heading="Mirror")
+    column.use_property_split, column.use_property_decorate = True, False
+    column.prop(context.object.data, "use_mirror_x", text="X")
+
+
+class KM_PT_finish(_LayerPanel):
+    """The highlight of the active layer, and whether its film exists"""
+
+    bl_label = "Finish"
+    bl_options = {"DEFAULT_CLOSED"}
+    parent = KM_PT_layer
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layer, layout = active_layer(context.object), self.layout
+        layout.use_property_split, layout.use_property_decorate = True, False
+        layout.prop(layer, "own_finish")
+        column = layout.column(align=True)
+        column.active = layer.own_finish
+        column.prop(layer, "roughness")
+        column.prop(layer, "f0")
+        layout.prop(layer, "switch", text="Film")
+
+
+CLASSES = (*in_two_places(KM_PT_layer), *in_two_places(KM_PT_paint), *in_two_places(KM_PT_finish))

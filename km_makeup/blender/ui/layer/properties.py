@@ -3,12 +3,25 @@
 from __future__ import annotations
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, PointerProperty, StringProperty
+from bpy.props import (
+    BoolProperty,
+    EnumProperty,
+    FloatProperty,
+    FloatVectorProperty,
+    PointerProperty,
+    StringProperty,
+)
 
 from ...update import layer_changed
 from ..products.picker import layer_pick
 
 CHANNELS = [(c, c, f"The {c} channel of the map") for c in "RGBA"]
+FORMS = [
+    ("PRODUCT", "As the Product", "Liquid, cream or powder, as the product says"),
+    ("LIQUID", "Liquid", "The painted value is the film's thickness"),
+    ("CREAM", "Cream", "The painted value is the film's thickness"),
+    ("POWDER", "Powder", "The painted value is the share of the area that a film of full thickness covers"),
+]
 SWITCHES = [
     ("AUTO", "Auto", "The plan decides whether this film exists"),
     ("ON", "On", "The film exists whatever the plan finds"),
@@ -32,6 +45,35 @@ class KM_PG_layer(bpy.types.PropertyGroup):
     enabled: BoolProperty(
         name="Show", description="Whether this layer is on the face", default=True, update=layer_changed
     )
+    solo: BoolProperty(
+        name="Solo",
+        description="Show only this layer, and others that are set to solo; the picture renders that way too",
+        default=False,
+        update=layer_changed,
+    )
+    form: EnumProperty(
+        name="Form",
+        description="What the painted value means: a thickness, or the share of the area that grains cover",
+        items=FORMS,
+        update=layer_changed,
+    )
+    own_finish: BoolProperty(
+        name="Own Finish",
+        description="Use the roughness and reflectance below instead of the product's own",
+        update=layer_changed,
+    )
+    roughness: FloatProperty(
+        name="Roughness", description="Roughness of the film's highlight (0..1): 0.1 wet gloss, 0.8 matte powder",
+        min=0.02, max=1, default=0.4, subtype="FACTOR", update=layer_changed,
+    )  # fmt: skip
+    f0: FloatProperty(
+        name="Reflectance", description="Reflectance of the film's surface seen straight on, F0 (0..1): 0.04 oils and waxes",
+        min=0, max=1, default=0.04, precision=3, subtype="FACTOR", update=layer_changed,
+    )  # fmt: skip
+    swatch: FloatVectorProperty(
+        name="On This Skin", description="The film at full thickness on this skin, linear RGB (0..1)",
+        subtype="COLOR", size=3, min=0, max=1, default=(0.5, 0.5, 0.5),
+    )  # fmt: skip
     map: PointerProperty(
         type=bpy.types.Image, name="Map",
         description="Cosmetic map: 1 is the full thickness, 0 is bare skin; Non-Color", update=layer_changed,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
-from . import operators, panel
+from . import keymap, operators, panel
 
 CLASSES = (*operators.CLASSES, *panel.CLASSES)
+register, unregister = keymap.register, keymap.unregister

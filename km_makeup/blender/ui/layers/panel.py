@@ -1,12 +1,18 @@
-"""The list of layers and its buttons."""
+"""The list of layers and its buttons, and the exclusion mask."""
 
 from __future__ import annotations
 
 import bpy
 
-from ..base import MakeupPanel, in_two_places
+from ..base import MakeupPanel, in_two_places, paragraph
 from ..set_up.panel import KM_PT_makeup
-from .operators import KM_OT_layer_add, KM_OT_layer_move, KM_OT_layer_remove
+from .operators import (
+    KM_OT_exclusion_add,
+    KM_OT_layer_add,
+    KM_OT_layer_duplicate,
+    KM_OT_layer_move,
+    KM_OT_layer_remove,
+)
 
 
 class KM_UL_layers(bpy.types.UIList):
@@ -24,10 +30,16 @@ class KM_UL_layers(bpy.types.UIList):
         index: int = 0,
         flt_flag: int = 0,
     ) -> None:
-        """One row: name, thickness, eye."""
+        """One row: colour on this skin, name, thickness, solo, eye."""
         row = layout.row(align=True)
+        colour = row.row()
+        colour.scale_x = 0.35
+        colour.prop(item, "swatch", text="")
         row.prop(item, "name", text="", emboss=False)
-        row.label(text=f"{item.thickness_um:.3g} µm")
+        number = row.row()
+        number.alignment, number.active = "RIGHT", item.enabled
+        number.label(text=f"{item.thickness_um:.3g} µm")
+        row.prop(item, "solo", text="", icon="SOLO_ON" if item.solo else "SOLO_OFF", emboss=False)
         row.prop(item, "enabled", text="", icon="HIDE_OFF" if item.enabled else "HIDE_ON", emboss=False)
 
 
@@ -50,8 +62,27 @@ class KM_PT_layers(MakeupPanel):
         column = row.column(align=True)
         column.operator(KM_OT_layer_add.bl_idname, text="", icon="ADD")
         column.operator(KM_OT_layer_remove.bl_idname, text="", icon="REMOVE")
+        column.separator()
+        column.operator(KM_OT_layer_duplicate.bl_idname, text="", icon="DUPLICATE")
+        column.separator()
         column.operator(KM_OT_layer_move.bl_idname, text="", icon="TRIA_UP").direction = 1
         column.operator(KM_OT_layer_move.bl_idname, text="", icon="TRIA_DOWN").direction = -1
 
 
-CLASSES = (KM_UL_layers, *in_two_places(KM_PT_layers))
+class KM_PT_exclusion(MakeupPanel):
+    """A mask that keeps all makeup away from brows, lashes and nostrils"""
+
+    bl_label = "Exclusion Mask"
+    bl_options = {"DEFAULT_CLOSED"}
+    parent = KM_PT_layers
+
+    def draw(self, context: bpy.types.Context) -> None:
+        makeup, layout = context.object.km_makeup, self.layout
+        layout.template_ID(makeup, "exclusion", new=KM_OT_exclusion_add.bl_idname, open="image.open")
+        if makeup.exclusion is None:
+            paragraph(layout, "White keeps makeup away: brows, lashes, nostrils.", "INFO")
+        else:
+            layout.prop(makeup, "paints_exclusion", text="Brush Paints on Mask", icon="BRUSH_DATA", toggle=True)
+
+
+CLASSES = (KM_UL_layers, *in_two_places(KM_PT_layers), *in_two_places(KM_PT_exclusion))

@@ -3,50 +3,175 @@
 from __future__ import annotations
 
 import bpy
+from bpy.props import BoolProperty, EnumProperty, IntProperty
 
+from ...adding import add_layer, product_items
 from ..base import MakeupOperator
 
 
 class KM_OT_set_up(MakeupOperator, bpy.types.Operator):
-    """Make this head ready for makeup: chooses its skin materials and UV map"""
+    """Make this head ready and start painting: finds the skin materials and the UV map, adds a first layer with an empty
+    map, and enters Texture Paint with a brush that fits. One undo takes all of it back"""
 
     bl_idname = "km_makeup.set_up"
     bl_label = "Set Up Makeup"
 
+    product: EnumProperty(name="Product", description="The product of the first layer", items=product_items)
+    paint: BoolProperty(
+        name="Start Painting", description="Add the first layer and enter Texture Paint on its map", default=True
+    )
+    shading: BoolProperty(
+        name="Material Preview",
+        description="Show the viewport in Material Preview if it shows no materials",
+        default=True,
+    )
+
+    @classmethod
+    def hindrance(cls, context: bpy.types.Context) -> str:
+        problem = super().hindrance(context)
+        if not problem and context.object.mode not in {"OBJECT", "TEXTURE_PAINT"}:
+            problem = "Leave this mode first: makeup is set up in Object Mode or Texture Paint"
+        return problem
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        from ... import painting
+
+        if not self.properties.is_property_set("product"):
+            self.product = painting.FIRST_PRODUCT
+        return self.execute(context)
+
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> str:
-        from ... import makeup
+        from ... import makeup, painting
+        from ...update import told
 
         makeup.set_up(obj)
+        names = ", ".join(entry.original.name for entry in obj.km_makeup.slots)
+        message = f"Makeup lies on {names}, painted on {obj.km_makeup.uv_map!r}"
+        if self.paint and not obj.km_makeup.layers:
+            add_layer(context, obj, self.product or painting.FIRST_PRODUCT)
+        elif obj.km_makeup.layers:
+            told(obj, lambda one: makeup.refresh(one, context.scene, anew=True))
+        if self.paint:
+            painting.enter(context, obj)
+            painting.take_brush(context, painting.Stroke.PAINT)
+            if self.shading:
+                painting.show_materials(context)
+        return message
+
+
+class KM_OT_slot_toggle(MakeupOperator, bpy.types.Operator):
+    """Put makeup on this material slot, or leave it out"""
+
+    bl_idname = "km_makeup.slot_toggle"
+    bl_label = "Makeup on Slot"
+    needs_setup = True
+
+    index: IntProperty(name="Slot", description="Index of the material slot, counted from 0", min=0)
+
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        from ....errors import MakeupError
+        from ... import makeup
+
+        chosen = [entry.index for entry in obj.km_makeup.slots]
+        wanted = [i for i in chosen if i != self.index] if self.index in chosen else sorted([*chosen, self.index])
+        if not wanted:
+            raise MakeupError("Makeup needs at least one skin material; to take it off the head press Remove Makeup.")
+        makeup.set_up(obj, wanted, obj.km_makeup.uv_map)
         if obj.km_makeup.layers:
             makeup.refresh(obj, context.scene)
-        names = ", ".join(entry.original.name for entry in obj.km_makeup.slots)
-        return f"Makeup lies on {names}, painted on {obj.km_makeup.uv_map!r}"
 
 
 class KM_OT_remove(MakeupOperator, bpy.types.Operator):
-    """Take the makeup off; the original materials are back as they were. Layers are forgotten, map images stay"""
+    """Take the makeup off; the original materials are back as they were. Layers are forgotten, map images stay in the file"""
 
     bl_idname = "km_makeup.remove"
     bl_label = "Remove Makeup"
+    needs_setup = True
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        from ... import makeup
+        from ... import images, makeup
 
+        images.keep(layer.map for layer in obj.km_makeup.layers)
+        images.keep([obj.km_makeup.exclusion])
         makeup.remove(obj)
 
 
 class KM_OT_refresh(MakeupOperator, bpy.types.Operator):
-    """Read the maps again and rebuild what changed"""
+    """Read maps and skin textures again and rebuild all nodes, after something was deleted, renamed or changed by hand"""
 
     bl_idname = "km_makeup.refresh"
     bl_label = "Refresh"
+    needs_setup = True
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> str:
-        from ... import images, makeup
+        from ... import images, makeup, skin
+        from ...update import told
 
         images.forget_statistics()
-        plan = makeup.refresh(obj, context.scene)
-        return "; ".join(f"{e.name}: {'on' if e.on else 'off'}, {e.reason}" for e in plan.films) or "No layers"
+        skin.forget_samples()
+        plans: list = []
+        told(obj, lambda one: plans.append(makeup.refresh(one, context.scene, anew=True)))
+        if not plans:
+            from ....errors import MakeupError
+
+            raise MakeupError(obj.km_makeup["problem"])
+        return "; ".join(f"{e.name}: {'on' if e.on else 'off'}, {e.reason}" for e in plans[0].films) or "No layers"
 
 
-CLASSES = (KM_OT_set_up, KM_OT_remove, KM_OT_refresh)
+class KM_OT_keep_maps(MakeupOperator, bpy.types.Operator):
+    """Pack all painted maps into the .blend, so that no stroke can be lost; files on disk stay as they are"""
+
+    bl_idname = "km_makeup.keep_maps"
+    bl_label = "Pack Painted Maps"
+
+    @classmethod
+    def hindrance(cls, context: bpy.types.Context) -> str:
+        from ...images import unsaved_maps
+
+        return super().hindrance(context) or ("" if unsaved_maps() else "All maps are kept in the file already")
+
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> str:
+        from ...images import unsaved_maps
+
+        packed = unsaved_maps()
+        for image in packed:
+            image.pack()
+        return f"Packed {len(packed)} maps; save the .blend to keep them"
+
+
+class KM_OT_shading(bpy.types.Operator):
+    """Show this viewport with materials, so that makeup is seen"""
+
+    bl_idname = "km_makeup.shading"
+    bl_label = "Viewport Shading"
+    bl_options = {"INTERNAL"}
+
+    kind: EnumProperty(
+        name="Shading",
+        description="How the viewport is drawn",
+        items=[
+            ("MATERIAL", "Material Preview", "EEVEE with Blender's own studio light"),
+            ("RENDERED", "Rendered", "The scene's engine with the scene's lights"),
+        ],
+    )
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if context.space_data is None or context.space_data.type != "VIEW_3D":
+            cls.poll_message_set("Move the mouse over a 3D viewport first")
+            return False
+        return True
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        context.space_data.shading.type = self.kind
+        return {"FINISHED"}
+
+
+CLASSES = (
+    KM_OT_set_up,
+    KM_OT_slot_toggle,
+    KM_OT_remove,
+    KM_OT_refresh,
+    KM_OT_keep_maps,
+    KM_OT_shading,
+)

@@ -1,28 +1,108 @@
-"""The panel that all others lie in."""
+"""The panel that all others lie in: set up, before and after, what is wrong; below it the skin that was chosen."""
 
 from __future__ import annotations
 
 import bpy
 
 from ..base import MakeupPanel, in_two_places, paragraph
-from .operators import KM_OT_refresh, KM_OT_remove, KM_OT_set_up
+from .operators import (
+    KM_OT_keep_maps,
+    KM_OT_refresh,
+    KM_OT_remove,
+    KM_OT_set_up,
+    KM_OT_shading,
+    KM_OT_slot_toggle,
+)
 
 
 class KM_PT_makeup(MakeupPanel):
-    """Set up, and what is wrong"""
+    """Set up, before and after, and what is wrong"""
 
     bl_label = "Makeup"
 
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return True  # the tab is always there, so that it is found
+
     def draw(self, context: bpy.types.Context) -> None:
-        layout, makeup = self.layout, context.object.km_makeup
-        if problem := makeup.get("problem"):
-            paragraph(layout, problem, "ERROR")
-        if not makeup.slots:
-            layout.operator(KM_OT_set_up.bl_idname, icon="BRUSH_DATA")
+        layout, obj = self.layout, context.object
+        if obj is None or obj.type != "MESH":
+            paragraph(layout, "Click on the head to select it; then set it up here.", "INFO")
             return
+        makeup = obj.km_makeup
+        if not makeup.slots:
+            column = layout.column()
+            column.scale_y = 1.5
+            column.operator(KM_OT_set_up.bl_idname, icon="BRUSH_DATA")
+            return
+        text, icon = ("With Makeup", "HIDE_OFF") if makeup.show else ("Bare Skin (Before)", "HIDE_ON")
+        layout.prop(makeup, "show", text=text, icon=icon, toggle=True, invert_checkbox=False)
+        _notices(layout, context, makeup)
+
+
+def _notices(layout: bpy.types.UILayout, context: bpy.types.Context, makeup: bpy.types.PropertyGroup) -> None:
+    """What the artist should know now, each with the button that mends it."""
+    from ...images import unsaved_maps
+
+    if problem := makeup.get("problem"):
+        box = layout.box()
+        box.alert = True
+        paragraph(box, problem, "ERROR")
+        box.operator(KM_OT_refresh.bl_idname, icon="FILE_REFRESH")
+    if makeup.path == "BAKED":
+        box = layout.box()
+        paragraph(box, "Baked textures are shown: strokes are seen after the next bake, or in Live.", "INFO")
+        box.prop_enum(makeup, "path", "LIVE", text="Show Live")
+    if _hides_materials(context):
+        box = layout.box()
+        paragraph(box, "This viewport shows no materials.", "INFO")
+        row = box.row(align=True)
+        row.operator(KM_OT_shading.bl_idname, text="Material", icon="SHADING_TEXTURE").kind = "MATERIAL"
+        row.operator(KM_OT_shading.bl_idname, text="Rendered", icon="SHADING_RENDERED").kind = "RENDERED"
+    if not bpy.data.is_saved and unsaved_maps():
+        box = layout.box()
+        paragraph(box, "Strokes are in no file yet.", "ERROR")
+        row = box.row(align=True)
+        row.operator("wm.save_mainfile", text="Save", icon="FILE_TICK")
+        row.operator(KM_OT_keep_maps.bl_idname, text="Pack", icon="PACKAGE")
+
+
+def _hides_materials(context: bpy.types.Context) -> bool:
+    space = context.space_data
+    return space is not None and space.type == "VIEW_3D" and space.shading.type in {"SOLID", "WIREFRAME"}
+
+
+class KM_PT_skin(MakeupPanel):
+    """Which material slots and which UV map makeup lies on"""
+
+    bl_label = "Skin"
+    bl_options = {"DEFAULT_CLOSED"}
+    parent = KM_PT_makeup
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and bool(context.object.km_makeup.slots)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, obj = self.layout, context.object
+        originals = {entry.index: entry.original for entry in obj.km_makeup.slots}
+        column = layout.column(align=True)
+        column.label(text="Makeup on")
+        for index, slot in enumerate(obj.material_slots):
+            material = originals.get(index, slot.material)
+            chosen = index in originals
+            column.operator(
+                KM_OT_slot_toggle.bl_idname,
+                text=material.name if material else f"Slot {index + 1}, no material",
+                icon="CHECKBOX_HLT" if chosen else "CHECKBOX_DEHLT",
+                emboss=False,
+            ).index = index
+        column = layout.column()
+        column.use_property_split, column.use_property_decorate = True, False
+        column.prop_search(obj.km_makeup, "uv_map", obj.data, "uv_layers", icon="GROUP_UVS")
         row = layout.row(align=True)
         row.operator(KM_OT_refresh.bl_idname, icon="FILE_REFRESH")
-        row.operator(KM_OT_remove.bl_idname, icon="TRASH")
+        row.operator(KM_OT_remove.bl_idname, text="Remove", icon="TRASH")
 
 
-CLASSES = in_two_places(KM_PT_makeup)
+CLASSES = (*in_two_places(KM_PT_makeup), *in_two_places(KM_PT_skin))

@@ -1,0 +1,44 @@
+"""Adding a layer, for the operators that do so."""
+
+from __future__ import annotations
+
+import bpy
+
+MAP_SIZE = 2048
+"""Width and height in texels of the first map of a head; later ones have the size of those that are there."""
+
+_items: list[tuple[str, str, str]] = []
+
+
+def product_items(_: object, context: bpy.types.Context | None) -> list[tuple[str, str, str]]:
+    """All products as items of an enumeration; Blender keeps no copy of their texts, so they are held here."""
+    from .library import library
+
+    _items[:] = [(p.id, p.name, f"{p.kind}, {p.form}, {p.provenance.status}") for p in library().products]
+    return _items
+
+
+def add_layer(context: bpy.types.Context, obj: bpy.types.Object, product_id: str) -> bpy.types.PropertyGroup:
+    """A layer of the product on top, selected, with an empty map; the brush paints on it.
+
+    Raises MakeupError where the product is unknown or the object cannot be set up; nothing is changed then.
+    """
+    from . import images, makeup, painting
+    from .library import library
+    from .update import one_update, paused
+
+    product = library().find(product_id)
+    if not obj.km_makeup.slots:
+        makeup.set_up(obj)
+    sizes = [layer.map.size[:] for layer in obj.km_makeup.layers if layer.map]
+    width, height = max(sizes) if sizes else (MAP_SIZE, MAP_SIZE)
+    with one_update(obj):
+        with paused():
+            layer = obj.km_makeup.layers.add()
+            layer.name, layer.product, layer.thickness_um = product.name, product.id, product.thickness_um
+            layer.roughness, layer.f0 = max(product.finish.roughness, 0.02), product.finish.f0
+            layer.map = images.new_map(f"{obj.name} {product.name}", width, height)
+            obj.km_makeup.active = len(obj.km_makeup.layers) - 1
+            obj.km_makeup.paints_exclusion = False
+        painting.set_canvas(context.scene, layer.map)
+    return obj.km_makeup.layers[obj.km_makeup.active]

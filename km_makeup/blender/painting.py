@@ -1,0 +1,135 @@
+"""Texture Paint set up for makeup: the map of the selected layer as canvas, and a brush whose value is thickness.
+
+White is the layer's full thickness, black is none. Brush assets of Blender's own are used; what is set on them are the
+settings of the paint mode (colour, strength), which stay the artist's to change.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+
+import bpy
+
+from ..errors import MakeupError
+
+FIRST_PRODUCT = "blush-rose"
+"""Product of the layer that Set Up makes: it is seen on every skin at the first stroke."""
+
+ESSENTIALS = "brushes/essentials_brushes-mesh_texture.blend/Brush/"
+
+
+class Stroke(Enum):
+    """What a stroke does: the brush asset, and the colour it lays (None: it lays none)."""
+
+    PAINT = ("Paint Soft", 1.0)
+    ERASE = ("Paint Soft", 0.0)
+    SOFTEN = ("Blur", None)
+
+    @property
+    def brush(self) -> str:
+        return self.value[0]
+
+    @property
+    def colour(self) -> float | None:
+        return self.value[1]
+
+
+def maps_of(obj: bpy.types.Object) -> list[bpy.types.Image]:
+    """The maps that a brush may paint for this object, the exclusion mask among them."""
+    makeup = obj.km_makeup
+    return [image for image in (*(layer.map for layer in makeup.layers), makeup.exclusion) if image is not None]
+
+
+def active_map(obj: bpy.types.Object) -> bpy.types.Image | None:
+    """What the brush should paint on: the selected layer's map, or the exclusion mask while it is edited."""
+    makeup = obj.km_makeup
+    if makeup.paints_exclusion:
+        return makeup.exclusion
+    if not makeup.layers:
+        return None
+    return makeup.layers[max(0, min(makeup.active, len(makeup.layers) - 1))].map
+
+
+def follow_layer(obj: bpy.types.Object, scene: bpy.types.Scene) -> None:
+    """Make the map of the selected layer the canvas, where the brush is on this object's makeup already."""
+    paint = scene.tool_settings.image_paint
+    wanted = active_map(obj)
+    ours = paint.canvas is None or any(paint.canvas in maps_of(one) for one in bpy.data.objects if one.km_makeup.layers)
+    if obj.mode == "TEXTURE_PAINT" and wanted is not None and (paint.mode == "MATERIAL" or ours):
+        set_canvas(scene, wanted)
+
+
+def set_canvas(scene: bpy.types.Scene, image: bpy.types.Image) -> None:
+    """Make an image what Texture Paint paints on."""
+    paint = scene.tool_settings.image_paint
+    if paint.mode != "IMAGE":
+        paint.mode = "IMAGE"
+    if paint.canvas != image:
+        paint.canvas = image
+
+
+def is_painted(obj: bpy.types.Object, scene: bpy.types.Scene) -> bool:
+    """Whether a stroke on this object now would go to the map that is meant."""
+    paint = scene.tool_settings.image_paint
+    return obj.mode == "TEXTURE_PAINT" and paint.mode == "IMAGE" and paint.canvas == active_map(obj) is not None
+
+
+def enter(context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    """Go into Texture Paint on the selected layer's map and its UV map.
+
+    Raises MakeupError where there is no map, or the object cannot be painted.
+    """
+    wanted = active_map(obj)
+    if wanted is None:
+        raise MakeupError(f"The selected layer of {obj.name!r} has no map; press New Map, or load one.")
+    if obj.hide_viewport or not obj.visible_get():
+        raise MakeupError(f"{obj.name!r} is hidden in the viewport; show it before painting.")
+    uv = obj.data.uv_layers.get(obj.km_makeup.uv_map)
+    if uv is None:
+        raise MakeupError(f"{obj.name!r} has no UV map named {obj.km_makeup.uv_map!r}; press Set Up Makeup again.")
+    obj.data.uv_layers.active = uv  # Texture Paint in image mode paints on the active one
+    set_canvas(context.scene, wanted)
+    if obj.mode != "TEXTURE_PAINT" and not bpy.app.background:
+        bpy.ops.object.mode_set(mode="TEXTURE_PAINT")
+
+
+def take_brush(context: bpy.types.Context, stroke: Stroke, mark: float = 1.0) -> None:
+    """Take a brush for the stroke. ``mark``: thickness the brush lays, 0..1 of the layer's full thickness."""
+    paint = context.scene.tool_settings.image_paint
+    if not bpy.app.background:
+        bpy.ops.brush.asset_activate(
+            asset_library_type="ESSENTIALS", relative_asset_identifier=ESSENTIALS + stroke.brush
+        )
+    unified = paint.unified_paint_settings
+    unified.use_unified_color = True
+    if stroke.colour is not None:
+        unified.color = (stroke.colour * mark,) * 3
+    brush = paint.brush
+    if brush is not None and stroke.colour is not None:
+        brush.blend = "MIX"
+
+
+def stroke_of(scene: bpy.types.Scene) -> Stroke | None:
+    """What the brush that is in hand does, None where it is another than those of makeup."""
+    paint = scene.tool_settings.image_paint
+    brush = paint.brush
+    if brush is None:
+        return None
+    if brush.image_brush_type == "SOFTEN":
+        return Stroke.SOFTEN
+    if brush.image_brush_type != "DRAW":
+        return None
+    return Stroke.ERASE if max(paint.unified_paint_settings.color) == 0 else Stroke.PAINT
+
+
+def show_materials(context: bpy.types.Context) -> None:
+    """Show the viewport that the mouse is in, else the largest one, in Material Preview, if it shows no materials."""
+    if context.window is None:
+        return
+    views = [area for area in context.window.screen.areas if area.type == "VIEW_3D"]
+    if context.area is not None and context.area.type == "VIEW_3D":
+        views = [context.area]
+    for area in sorted(views, key=lambda one: -one.width * one.height)[:1]:
+        shading = area.spaces.active.shading
+        if shading.type in {"SOLID", "WIREFRAME"}:
+            shading.type = "MATERIAL"
