@@ -1,22 +1,22 @@
-"""A look: the stack of products on a face, with thicknesses, finishes and maps, as a file.
+"""A look: the stack of products on a face, with thicknesses, finishes and maps.
 
-The file is JSON, read and written whole; layers stand in the order of application, bottom to top. Fields
-that this version does not know are kept.
+Layers stand in the order of application, bottom to top. A look can carry the head that its maps were painted
+on, so that they can be brought to another, and the products that other machines may not have. `look_file`
+reads and writes it.
 """
 
 from __future__ import annotations
 
-import json
 import math
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from ..errors import MakeupError
-from ..files import write_text
+from ..products import Library, Product
 
-SCHEMA = 1
 THICKEST = 1e5
 """Largest thickness of a layer in micrometres: ten centimetres, which is opaque."""
 
@@ -27,7 +27,8 @@ class Layer:
 
     ``thickness_um`` is the film's thickness in micrometres where the map is 1; ``strength`` scales the map
     (0..1); ``map`` is the path of the cosmetic map, or empty for a film over the whole face;
-    ``channel`` picks one channel of an RGB-coded map (Huang et al. 2013, Fig 9a): R, G, B or A.
+    ``channel`` picks one channel of an RGB-coded map (Huang et al. 2013, Fig 9a): R, G, B or A;
+    ``name`` is what the artist calls it, or empty for the product's name.
     """
 
     product: str
@@ -37,88 +38,69 @@ class Layer:
     strength: float = 1.0
     enabled: bool = True
     extra: dict[str, Any] = field(default_factory=dict)
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class PaintedOn:
+    """The head that a look's maps were painted on.
+
+    ``uv_layout`` is the fingerprint of its UV map (`surface.uv_fingerprint`); ``surface`` the path of the file
+    with its shape, or empty; ``landmarks`` are points (x, y, z) in metres on that shape, by name.
+    """
+
+    name: str = ""
+    uv_layout: str = ""
+    surface: str = ""
+    landmarks: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
+    extra: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Look:
-    """Layers bottom to top, under a name. ``folder`` is where relative map paths start."""
+    """Layers bottom to top, under a name. ``folder`` is where relative paths start.
+
+    ``products`` are those that travel in the file; ``head`` is what the maps were painted on, if that is known.
+    """
 
     name: str
     layers: tuple[Layer, ...] = ()
     folder: Path = Path(".")
     extra: dict[str, Any] = field(default_factory=dict)
+    products: tuple[Product, ...] = ()
+    head: PaintedOn | None = None
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Look:
-        """Read a look file.
+        """Read a look file of this version or an older one.
 
         Raises MakeupError where the file is missing, is not JSON, or a field has the wrong type.
         """
-        file = Path(path)
-        try:
-            data = json.loads(file.read_text(encoding="utf-8"))
-        except FileNotFoundError:
-            raise MakeupError(f"The look file {file} does not exist; check the path.") from None
-        except IsADirectoryError:
-            raise MakeupError(f"{file} is a folder; give the look's .json file.") from None
-        except (json.JSONDecodeError, UnicodeDecodeError) as error:
-            raise MakeupError(f"The look file {file} is not readable JSON ({error}); mend or save it again.") from None
-        return replace(_look_from(data, str(file)), folder=file.parent)
+        from .look_file import read_look
+
+        return read_look(Path(path))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the look as JSON, whole or not at all; map paths are kept as they are."""
-        data = {**self.extra, "schema": SCHEMA, "name": self.name, "layers": [_layer_to(x) for x in self.layers]}
-        write_text(Path(path), json.dumps(data, indent=2, ensure_ascii=False) + "\n")
+        from .look_file import write_look
+
+        write_look(self, Path(path))
 
     def map_path(self, layer: Layer) -> Path | None:
         """The full path of a layer's map, or None where the layer has none."""
         return self.folder / layer.map if layer.map else None
 
+    def with_carried(self, library: Library) -> Library:
+        """The library, and what it lacks of the products that travel in this look."""
+        known = {product.id for product in library.products}
+        carried = tuple(product for product in self.products if product.id not in known)
+        return replace(library, products=library.products + carried)
 
-_KNOWN = {"product", "thickness_um", "map", "channel", "strength", "enabled"}
-
-
-def _look_from(data: Any, where: str) -> Look:
-    if not isinstance(data, dict) or not isinstance(data.get("layers"), list):
-        raise MakeupError(f"{where} is not a look: it needs a list named 'layers'.")
-    schema = data.get("schema", SCHEMA)
-    if not isinstance(schema, int) or isinstance(schema, bool):
-        raise MakeupError(f"{where}: 'schema' must be a whole number, not {schema!r}.")
-    if schema > SCHEMA:
-        raise MakeupError(f"{where} has schema {schema}, newer than this version reads ({SCHEMA}); update KM Makeup.")
-    layers = tuple(_layer_from(x, f"{where}, layer {i + 1}") for i, x in enumerate(data["layers"]))
-    extra = {k: v for k, v in data.items() if k not in ("schema", "name", "layers")}
-    return Look(name=str(data.get("name", Path(where).stem)), layers=layers, extra=extra)
-
-
-def _layer_from(data: Any, where: str) -> Layer:
-    if not isinstance(data, dict) or not isinstance(data.get("product"), str):
-        raise MakeupError(f"{where}: every layer needs the id of a 'product'.")
-    thickness = check_number(data.get("thickness_um"), f"{where}: 'thickness_um' (micrometres)", 0, THICKEST)
-    strength = check_number(data.get("strength", 1.0), f"{where}: 'strength'", 0, 1)
-    channel = data.get("channel", "R")
-    if channel not in ("R", "G", "B", "A"):
-        raise MakeupError(f"{where}: 'channel' is {channel!r}; use R, G, B or A.")
-    path = data.get("map", "")
-    if not isinstance(path, str):
-        raise MakeupError(f"{where}: 'map' must be the path of an image, not {path!r}.")
-    enabled = data.get("enabled", True)
-    if not isinstance(enabled, bool):
-        raise MakeupError(f"{where}: 'enabled' must be true or false, not {enabled!r}.")
-    extra = {k: v for k, v in data.items() if k not in _KNOWN}
-    return Layer(data["product"], thickness, path, channel, strength, enabled, extra)
-
-
-def _layer_to(layer: Layer) -> dict[str, Any]:
-    return {
-        **layer.extra,
-        "product": layer.product,
-        "thickness_um": layer.thickness_um,
-        "map": layer.map,
-        "channel": layer.channel,
-        "strength": layer.strength,
-        "enabled": layer.enabled,
-    }
+    def carrying(self, library: Library, shipped: Library) -> Look:
+        """The look with those of its products that do not come with the extension inside it."""
+        common = {product.id for product in shipped.products}
+        wanted = dict.fromkeys(layer.product for layer in self.layers if layer.product not in common)
+        return replace(self, products=tuple(library.find(one) for one in wanted))
 
 
 def check_number(value: Any, what: str, low: float, high: float) -> float:

@@ -47,7 +47,7 @@ def read_product(path: str | os.PathLike[str]) -> Product:
     """
     file = Path(path)
     try:
-        return _product(load_json(file))
+        return product_of(load_json(file))
     except MakeupError as error:
         raise MakeupError(f"Product file {file}: {error}") from None
 
@@ -120,7 +120,8 @@ def _no_constant(text: str) -> float:
     raise MakeupError(f"it holds {text}; every number must be finite.")
 
 
-def _product(data: dict[str, Any]) -> Product:
+def product_of(data: dict[str, Any]) -> Product:
+    """The product that a file's object, or one inside a look, describes; MakeupError where it cannot be right."""
     data = migrated(data)
     finish = object_of(data, "finish", {})
     names = [name for name in _SPECTRA if name in _BOTH or name in data]

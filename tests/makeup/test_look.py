@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from km_makeup.errors import MakeupError
-from km_makeup.makeup import Layer, Look, parse_layer
+from km_makeup.makeup import Layer, Look, PaintedOn, parse_layer
+from km_makeup.products import Library
+from km_makeup.products.files import product_of
 
 LAYERS = (
     Layer("foundation-light", 18.5, "maps/base.png"),
@@ -25,6 +29,18 @@ def written(folder: Path, data: object) -> Path:
 
 def a_look(**fields: object) -> dict:
     return {"schema": 1, "name": "Day", "layers": [{"product": "p", "thickness_um": 5, **fields}]}
+
+
+PRODUCT = {
+    "schema": 1, "id": "mine", "name": "Mine", "kind": "lipstick", "form": "cream", "interface": "internal",
+    "thickness_um": 12.0, "finish": {"roughness": 0.3, "f0": 0.04},
+    "provenance": {"status": "computed", "source": "a test", "licence": "CC0-1.0"},
+    "spectrum": {"unit": "1/mm", "start_nm": 380.0, "step_nm": 5.0}, "K": [2.0] * 81, "S": [5.0] * 81,
+}  # fmt: skip
+
+
+def now(**fields: object) -> dict:
+    return {**a_look(), "schema": 2, **fields}
 
 
 def test_a_look_comes_back_from_its_file_as_it_was(tmp_path):
@@ -59,7 +75,26 @@ def test_map_paths_start_at_the_look_file(tmp_path):
         ("{", "not readable JSON"),
         ([1], "needs a list named 'layers'"),
         ({"layers": 3}, "needs a list named 'layers'"),
-        ({**a_look(), "schema": 2}, "newer than this version"),
+        ({**a_look(), "schema": 99}, "newer than this version"),
+        ({**a_look(), "schema": 0}, "whole number from 1"),
+        ("", "not readable JSON"),
+        ("[" * 100_000, "not readable JSON"),
+        ({**a_look(), "name": 5}, "'name' must be text"),
+        ({"layers": [7]}, "layer 1: every layer needs"),
+        ({"layers": [{"product": "", "thickness_um": 5}]}, "every layer needs the id"),
+        (a_look(thickness_um=[1] * 1000), "must be a number"),
+        (a_look(map="a\0.png"), "path of an image"),
+        (a_look(name=["x"]), "'name' must be text"),
+        (now(products={}), "'products' must be a list"),
+        (now(products=["lipstick"]), "product 1 must be an object"),
+        (now(products=[{"schema": 1, "id": "mine"}]), r"product 1 \('mine'\)"),
+        (now(products=[PRODUCT | {"K": [-1.0] * 81}]), "K is negative"),
+        (now(products=[PRODUCT, PRODUCT]), "'mine' twice"),
+        (now(head=[]), "'head' must be an object"),
+        (now(head={"surface": 4}), "'surface' must be text"),
+        (now(head={"landmarks": [1]}), "'landmarks' must be an object"),
+        (now(head={"landmarks": {"chin": [1, 2]}}), "landmark 'chin' must be a list of three"),
+        (now(head={"landmarks": {"chin": [1, 2, "x"]}}), "must be a number"),
         ({**a_look(), "schema": "1"}, "whole number"),
         ({"layers": [{"thickness_um": 5}]}, "layer 1: every layer needs the id of a 'product'"),
         ({"layers": [{"product": "p"}]}, "thickness_um"),
@@ -98,6 +133,47 @@ def test_a_look_that_cannot_be_written_leaves_the_old_file(tmp_path):
     with pytest.raises(TypeError):
         Look("new", extra={"no JSON": object()}).save(file)
     assert file.read_bytes() == before and [f.name for f in tmp_path.iterdir()] == ["look.json"]
+
+
+def test_a_look_carries_the_products_that_do_not_come_with_the_extension(tmp_path):
+    """On a machine that lacks the product it is there with its source and licence; one's own goes first."""
+    mine = product_of(PRODUCT)
+    shipped = Library.shipped()
+    here = replace(shipped, products=(*shipped.products, mine))
+    look = Look("Mine", (Layer("mine", 9.0), Layer("lipstick-berry", 9.0)))
+    look.carrying(here, shipped).save(tmp_path / "look.json")
+    back = Look.load(tmp_path / "look.json")
+    assert [product.id for product in back.products] == ["mine"]
+    found = back.with_carried(shipped).find("mine")
+    assert found.provenance == mine.provenance and found.finish == mine.finish
+    np.testing.assert_array_equal(found.K, mine.K)
+    own = product_of({**PRODUCT, "name": "Own"})
+    assert back.with_carried(replace(shipped, products=(own,))).find("mine").name == "Own"
+    with pytest.raises(MakeupError, match="no product 'gone'"):
+        Look("Gone", (Layer("gone", 1.0),)).carrying(here, shipped)
+
+
+def test_the_head_that_maps_were_painted_on_comes_back(tmp_path):
+    head = PaintedOn("Anna", "ab12", "look_maps/head.npz", {"chin": (0.0, -0.1, -0.09)}, {"age": 30})
+    Look("Day", LAYERS, head=head).save(tmp_path / "look.json")
+    assert Look.load(tmp_path / "look.json").head == head
+
+
+def test_what_schema_1_called_products_or_head_is_kept_and_not_taken_for_ours(tmp_path):
+    data = {**a_look(), "products": "a note", "head": 3}
+    look = Look.load(written(tmp_path, data))
+    assert look.products == () and look.head is None
+    look.save(tmp_path / "again.json")
+    again = json.loads((tmp_path / "again.json").read_text(encoding="utf-8"))
+    assert again["schema"] == 2 and again["products (schema 1)"] == "a note" and again["head (schema 1)"] == 3
+
+
+def test_a_file_that_is_far_too_large_is_not_read(tmp_path):
+    file = tmp_path / "look.json"
+    with file.open("wb") as stream:
+        stream.truncate(60_000_000)
+    with pytest.raises(MakeupError, match="60 MB large"):
+        Look.load(file)
 
 
 @pytest.mark.parametrize(
