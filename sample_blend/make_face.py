@@ -31,7 +31,9 @@ def main() -> int:
     p = np.array(half.p)
     vertices = np.vstack([p, p[np.abs(p[:, 0]) >= 1e-6] * [-1, 1, 1]])
     deepest = np.array([DEEPEST[name] for name in mesh.REGIONS])[whole.region] + 1e-6
-    inside = (whole.ring <= deepest) & (vertices[:, 1] > LOWEST) & (vertices[:, 1] < HIGHEST) & (vertices[:, 2] > REARMOST)
+    inside = (
+        (whole.ring <= deepest) & (vertices[:, 1] > LOWEST) & (vertices[:, 1] < HIGHEST) & (vertices[:, 2] > REARMOST)
+    )
     triangles = [(f[0], f[k], f[k + 1]) for f in whole.faces for k in range(1, len(f) - 1) if inside[list(f)].all()]
     used, renumbered = np.unique(np.array(triangles), return_inverse=True)
     kept, triangles = vertices[used], renumbered.reshape(-1, 3)
@@ -42,9 +44,23 @@ def main() -> int:
         triangles=triangles.astype(np.uint16),
         names=np.array(names),
         landmarks=np.array(points, np.float32),
+        **{name: np.asarray(line, np.float32) for name, line in curves(anatomy).items()},
     )
     print(f"wrote {TARGET}: {len(kept)} vertices, {len(triangles)} triangles, {TARGET.stat().st_size / 1000:.0f} kB")
     return 0
+
+
+def curves(anatomy) -> dict[str, np.ndarray]:
+    """Lines in the frontal plane (x, y) on the left side that regions are drawn by."""
+    return {
+        "lip_upper": anatomy.LIP_RAILS["upper border"][:, :2],
+        "lip_lower": anatomy.LIP_RAILS["lower border"][:, :2],
+        "lid_upper": anatomy.LID_UPPER,
+        "lid_lower": anatomy.LID_LOWER,
+        "crease": anatomy.CREASE,
+        "brow": anatomy.BROW,
+        "nostril": anatomy.NOSTRIL,
+    }
 
 
 def landmarks(anatomy, ear, vertices: np.ndarray) -> dict[str, np.ndarray]:

@@ -24,12 +24,16 @@ EYE_CENTRE, EYE_RADIUS = np.array([31.3, 0.0, 64.6]), 12.2
 """The left eyeball in millimetres, as in the sample head."""
 
 
+CURVES = ("lip_upper", "lip_lower", "lid_upper", "lid_lower", "crease", "brow", "nostril")
+
+
 @dataclass(frozen=True, eq=False)
 class PatternFace:
-    """The pattern's surface and the landmarks on it, both in millimetres."""
+    """The pattern's surface, the landmarks on it, and lines (x, y) of its left side by name, all in millimetres."""
 
     surface: Surface
     landmarks: Mapping[str, NDArray]
+    curves: Mapping[str, NDArray]
 
     @functools.cached_property
     def with_eyes(self) -> Surface:
@@ -63,4 +67,5 @@ def pattern_face() -> PatternFace:
         triangles = data["triangles"].astype(np.int64)
         surface = Surface(data["vertices"] * UNIT_MM, triangles, np.zeros((len(triangles), 3, 2)))
         points = data["landmarks"].astype(float)
-        return PatternFace(surface, dict(zip((str(name) for name in data["names"]), points)))
+        curves = {name: data[name].astype(float) for name in CURVES}
+        return PatternFace(surface, dict(zip((str(name) for name in data["names"]), points)), curves)

@@ -37,7 +37,7 @@ class Nearest:
 
         Parameters: ``normals`` (k, 3): only triangles that face the same way (cosine above ``least_cosine``) count.
 
-        The grid's cells grow until all points have their nearest triangle; points farther than reach have none.
+        The radius grows until all points have their nearest triangle; points farther than reach have none.
         """
         points = np.asarray(points, float)
         triangle = np.full(len(points), NO_TRIANGLE)
@@ -47,18 +47,19 @@ class Nearest:
             grid = self._grid(level)
             facing = None if normals is None else normals[left]
             t, w, d = grid.query(points[left], facing, least_cosine)
-            # Within the cell's size the search is complete; what is farther may have something nearer in a larger one.
-            good = d <= min(grid.size, reach)
+            # Within the grid's radius the search is complete; what is farther may have something nearer.
+            good = d <= min(grid.radius, reach)
             where = left[good]
             triangle[where], weights[where], distance[where] = t[good], w[good], d[good]
             left = left[~good]
-            if not len(left) or grid.size >= reach:
+            if not len(left) or grid.radius >= reach:
                 break
         return Found(triangle, weights, distance)
 
     def _grid(self, level: int) -> _Grid:
         if level not in self._grids:
-            self._grids[level] = _Grid(self.surface, 1.5 * self._edge * 3**level)
+            radius = self._edge * 0.25 * 2.5**level
+            self._grids[level] = _Grid(self.surface, max(0.7 * self._edge, radius), radius)
         return self._grids[level]
 
 
@@ -75,14 +76,14 @@ def _edge(surface: Surface) -> float:
 
 
 class _Grid:
-    """Triangles by the cells that lie within ``radius`` of them; cells are as wide as the radius."""
+    """Triangles by the cells, ``size`` wide, of which some point may lie within ``radius`` of them."""
 
-    def __init__(self, surface: Surface, radius: float) -> None:
-        self.surface, self.size = surface, radius
+    def __init__(self, surface: Surface, size: float, radius: float) -> None:
+        self.surface, self.size, self.radius = surface, size, radius
         corners = surface.corners
-        self.origin = corners.reshape(-1, 3).min(axis=0) - 2 * radius
-        low = np.floor((corners.min(axis=1) - radius - self.origin) / radius).astype(np.int64)
-        high = np.floor((corners.max(axis=1) + radius - self.origin) / radius).astype(np.int64)
+        self.origin = corners.reshape(-1, 3).min(axis=0) - 2 * radius - size
+        low = np.floor((corners.min(axis=1) - radius - self.origin) / size).astype(np.int64)
+        high = np.floor((corners.max(axis=1) + radius - self.origin) / size).astype(np.int64)
         self.cells = high.max(axis=0) + 3
         extent = high - low + 1
         count = extent.prod(axis=1)
