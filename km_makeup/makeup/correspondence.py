@@ -125,7 +125,8 @@ class Correspondence:
         """
         good = self.triangle != NO_TRIANGLE
         out = np.zeros(len(self.triangle))
-        covered = texels_of(self.source.uv, image.shape[:2], corner).covered
+        height, width = image.shape
+        covered = texels_of(self.source.uv, (height, width), corner).covered
         filled = grown(image.astype(np.float32), covered, 3)
         filled = np.where(covered, image, filled)
         uv = self.source.uv_at(self.triangle[good], self.weights[good]) - np.array(corner)

@@ -5,6 +5,7 @@ They are drawn once, on the pattern face, and reach a head through its landmarks
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
@@ -177,7 +178,7 @@ def _within(p: NDArray, polygon: NDArray, edge: float) -> NDArray:
 def _to_line(xy: NDArray, line: NDArray) -> tuple[NDArray, NDArray]:
     """Distance (k,) of points (k, 2) from a polyline, and how far along it the nearest point lies, 0..1."""
     best, along = np.full(len(xy), np.inf), np.zeros(len(xy))
-    for i, (a, b) in enumerate(zip(line[:-1], line[1:])):
+    for i, (a, b) in enumerate(itertools.pairwise(line)):
         ab = b - a
         t = np.clip((xy - a) @ ab / max(float(ab @ ab), 1e-12), 0, 1)
         d = np.linalg.norm(xy - a - t[:, None] * ab, axis=1)

@@ -151,3 +151,17 @@ def _seen_eye(name: str, group: str) -> NDArray:
     skin, ball = frontal(body, 0.004, low, high), frontal(eye, 0.004, low, high)
     rows, columns = np.nonzero(ball.seen & ~(np.nan_to_num(skin.depth, nan=-np.inf) > np.nan_to_num(ball.depth)))
     return np.column_stack([ball.place(np.stack([columns, rows], axis=-1)), ball.depth[rows, columns]])
+
+
+def on_lips(name: str, surface: Surface, triangle: NDArray, weights: NDArray) -> NDArray:
+    """Whether points of the surface lie on the lips: by MakeHuman's mask, by MediaPipe's ring of vertices."""
+    if name.startswith("MakeHuman"):
+        return mask_at("lips", surface.uv_at(triangle, weights)) > 0.5
+    ring = head(name).vertices[list(MEDIAPIPE_LIPS), :2]
+    xy = surface.at(triangle, weights)[:, :2]
+    inside = np.zeros(len(xy), bool)
+    for (ax, ay), (bx, by) in zip(ring, np.roll(ring, -1, axis=0)):
+        crosses = (ay > xy[:, 1]) != (by > xy[:, 1])
+        x = ax + (xy[:, 1] - ay) * (bx - ax) / (by - ay if by != ay else 1e-12)
+        inside ^= crosses & (xy[:, 0] < x)
+    return inside
