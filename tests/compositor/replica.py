@@ -208,8 +208,9 @@ def diffuse(
     for variance, weights in levels(profile, pixels_per_mm):
         sigma = (variance - previous) ** 0.5 * lens.mm
         curved = variance > CURVED_ABOVE
-        current = spread(current, sigma / length_x, free_x, 1, known_x if curved else None)
-        current = spread(current, sigma / length_y, free_y, 0, known_y if curved else None)
+        if variance > 0:
+            current = spread(current, sigma / length_x, free_x, 1, known_x if curved else None)
+            current = spread(current, sigma / length_y, free_y, 0, known_y if curved else None)
         current = current / np.maximum(current[..., 3:], 1e-6)
         total = total + current[..., :3] * np.asarray(weights)
         current = current * giving[..., None]

@@ -68,16 +68,51 @@ def test_markers_between_cameras_of_one_lens_are_served_and_others_refused() -> 
         compositor.insert(scene)
 
 
-@pytest.mark.parametrize("kind", ["none", "panoramic"])
-def test_what_cannot_be_diffused_is_refused_in_a_sentence(kind: str) -> None:
-    scene, camera = _scene()
-    if kind == "none":
-        scene.camera = None
-    else:
-        camera.data.type = "PANO"
-    with pytest.raises(MakeupError, match=kind.replace("none", "no camera")):
+REFUSED = {
+    "no camera": lambda scene: setattr(scene, "camera", None),
+    "panoramic": lambda scene: setattr(scene.camera.data, "type", "PANO"),
+    "depth of field": lambda scene: setattr(scene.camera.data.dof, "use_dof", True),
+    "motion blur": lambda scene: setattr(scene.render, "use_motion_blur", True),
+    "stereo": lambda scene: setattr(scene.render, "use_multiview", True),
+}
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_what_cannot_be_diffused_is_refused_in_a_sentence(what: str) -> None:
+    scene, _ = _scene()
+    REFUSED[what](scene)
+    with pytest.raises(MakeupError, match=what):
         compositor.insert(scene)
     assert scene.compositing_node_group is None
+
+
+def test_two_render_layers_of_the_scene_are_refused() -> None:
+    """Which of several view layers shows the skin cannot be told."""
+    scene, _ = _scene()
+    tree = bpy.data.node_groups.new("Two", "CompositorNodeTree")
+    for _ in range(2):
+        tree.nodes.new("CompositorNodeRLayers").scene = scene
+    scene.compositing_node_group = tree
+    with pytest.raises(MakeupError, match="2 Render Layers"):
+        compositor.insert(scene)
+
+
+def test_the_second_of_two_view_layers_is_served() -> None:
+    """Passes and AOVs are switched on in the layer that the node shows, and off again."""
+    scene, _ = _scene()
+    second = scene.view_layers.new("Second")
+    tree = bpy.data.node_groups.new("Mine", "CompositorNodeTree")
+    tree.interface.new_socket("Image", in_out="OUTPUT", socket_type="NodeSocketColor")
+    layers, output = tree.nodes.new("CompositorNodeRLayers"), tree.nodes.new("NodeGroupOutput")
+    layers.scene, layers.layer = scene, "Second"
+    tree.links.new(layers.outputs["Image"], output.inputs["Image"])
+    scene.compositing_node_group = tree
+    compositor.insert(scene)
+    assert second.use_pass_diffuse_direct
+    assert not scene.view_layers[0].use_pass_diffuse_direct
+    compositor.remove(scene)
+    assert not second.use_pass_diffuse_direct
+    assert len(second.aovs) == 0
 
 
 def _scene() -> tuple[bpy.types.Scene, bpy.types.Object]:

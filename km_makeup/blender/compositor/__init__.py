@@ -2,5 +2,7 @@
 
 from .diffusion import diffusion_group
 from .placing import find, insert, remove
+from .profiles import profile_of
+from .scale import heads_of, refusal
 
-__all__ = ["diffusion_group", "find", "insert", "remove"]
+__all__ = ["diffusion_group", "find", "heads_of", "insert", "profile_of", "refusal", "remove"]

@@ -114,7 +114,7 @@ def _blurs(
     previous = 0.0
     for variance, weights in steps:
         sigma, curved = (variance - previous) ** 0.5, variance > CURVED_ABOVE
-        for axis in (0, 1):
+        for axis in (0, 1) if variance > 0 else ():
             group = spread_group(curved, free[axis] is not None, horizontal=axis == 0)
             values = {"Image": current, "Sigma": scale[axis] * sigma}
             if curved:

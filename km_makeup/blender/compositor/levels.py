@@ -48,6 +48,9 @@ NARROWEST, WIDEST = 0.25, 6.0
 FIRST_PX2 = 1.0
 """Variance in pixels^2 up to which a level may start from single pixels: its taps are 1.1 pixels apart."""
 
+SHARP_PX2 = 0.03
+"""Variance in pixels^2 below which a Gaussian changes nothing."""
+
 T = TypeVar("T")
 
 
@@ -55,16 +58,20 @@ def levels(profile: GaussianProfile, pixels_per_mm: float) -> list[tuple[float, 
     """Variances (mm^2, rising) of the levels of blur and the channels' weights of each.
 
     The first level starts from single pixels: where the profile's narrowest Gaussian is many pixels wide, levels of
-    no weight lead up to it.
+    no weight lead up to it. Gaussians far narrower than a pixel are no blur at all, together the level of variance 0.
     """
     order = np.argsort(profile.variances)
+    variances, weights = profile.variances[order], profile.weights[order]
+    sharp = variances < SHARP_PX2 / pixels_per_mm**2
     result: list[tuple[float, tuple[float, ...]]] = []
+    if sharp.any():
+        result.append((0.0, tuple(float(w) for w in weights[sharp].sum(axis=0))))
     low = FIRST_PX2 / pixels_per_mm**2 / RATIO
-    for variance, weights in zip(profile.variances[order], profile.weights[order]):
-        between = int(np.ceil(np.log(max(variance / low, 1.0)) / np.log(RATIO))) - 1
+    for variance, share in zip(variances[~sharp], weights[~sharp]):
+        between = int(np.ceil(np.log(max(variance / low, 1.0)) / np.log(RATIO) - 1e-9)) - 1
         for i in range(1, between + 1):
-            result.append((float(low * (variance / low) ** (i / (between + 1))), (0.0,) * len(weights)))
-        result.append((float(variance), tuple(float(w) for w in weights)))
+            result.append((float(low * (variance / low) ** (i / (between + 1))), (0.0,) * len(share)))
+        result.append((float(variance), tuple(float(w) for w in share)))
         low = variance
     return result
 

@@ -12,10 +12,11 @@ import re
 import bpy
 
 from ...errors import MakeupError
-from ...optics.diffusion import SKIN, GaussianProfile
+from ...optics.diffusion import GaussianProfile
 from ..shaders import MASK_AOV, SHARE_AOV
 from .diffusion import diffusion_group
-from .scale import finest_scale, refusal
+from .profiles import profile_of
+from .scale import finest_scale, heads_of, refusal
 
 MARK = "km_makeup_diffusion"
 PASSES = ("use_pass_diffuse_direct", "use_pass_diffuse_color", "use_pass_z")
@@ -69,17 +70,20 @@ SETTINGS = {
 
 
 def insert(
-    scene: bpy.types.Scene, profile: GaussianProfile = SKIN, aware: bool = True, pixels_per_mm: float | None = None
+    scene: bpy.types.Scene,
+    profile: GaussianProfile | None = None,
+    aware: bool = True,
+    pixels_per_mm: float | None = None,
 ) -> bpy.types.Node:
     """Put the group behind the scene's Render Layers node; a tree is made where there is none.
 
-    ``aware``: no light across steps in depth. ``pixels_per_mm`` is found from the cameras where it is None.
+    ``profile`` None: that of the heads' own subsurface scattering. ``aware``: no light across steps in depth. ``pixels_per_mm`` is found from the cameras where it is None.
     Raises MakeupError where the picture cannot be diffused (`refusal`), or several Render Layers nodes show the scene.
     """
     problem = refusal(scene)
     if problem:
         raise MakeupError(problem)
-    group = diffusion_group(profile, pixels_per_mm or finest_scale(scene), aware)
+    group = diffusion_group(profile or profile_of(heads_of(scene), scene), pixels_per_mm or finest_scale(scene), aware)
     existing = find(scene)
     if existing is not None:
         old = existing.node_tree

@@ -21,6 +21,22 @@ def refusal(scene: bpy.types.Scene) -> str | None:
                 f"The camera {camera.name!r} is panoramic; the diffusion knows perspective and orthographic cameras: "
                 "choose one of these, or render in Cycles."
             )
+        if camera.data.dof.use_dof:
+            return (
+                f"The camera {camera.name!r} has depth of field: EEVEE blurs the picture but not the passes that the diffusion "
+                "reads, so its light would lie sharp over a blurred face; switch it off, and blur after the group with a "
+                "Defocus node."
+            )
+    if scene.render.use_motion_blur:
+        return (
+            f"The scene {scene.name!r} has motion blur: EEVEE blurs the picture but not the passes that the diffusion reads; "
+            "switch it off, and blur after the group with a Vector Blur node."
+        )
+    if scene.render.use_multiview:
+        return (
+            f"The scene {scene.name!r} renders in stereo: the diffusion knows the optical axis of one eye only; render the "
+            "eyes as two cameras."
+        )
     other = next((camera for camera in cameras_of(scene) if _lens(camera) != _lens(scene.camera)), None)
     if other is not None:
         return (
@@ -43,9 +59,14 @@ def cameras_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     return list(dict.fromkeys(found))
 
 
+def heads_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """The scene's objects with makeup, and so with skin."""
+    return [obj for obj in scene.objects if obj.type == "MESH" and obj.km_makeup.slots]
+
+
 def finest_scale(scene: bpy.types.Scene) -> float:
     """Pixels per mm on the skin nearest to any of the cameras, rounded up to a power of two, LEAST..MOST."""
-    heads = [obj for obj in scene.objects if obj.type == "MESH" and obj.km_makeup.slots]
+    heads = heads_of(scene)
     scales = [pixels_per_mm(scene, camera, head) for camera in cameras_of(scene) for head in heads]
     highest = max(scales, default=LEAST)
     return 2.0 ** math.ceil(math.log2(min(max(highest, LEAST), MOST)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bpy
+from bpy.props import BoolProperty, EnumProperty, IntProperty
 
 from ....errors import MakeupError
 from ..base import MakeupOperator
@@ -13,13 +14,37 @@ class KM_OT_diffuse(MakeupOperator, bpy.types.Operator):
 
     bl_idname = "km_makeup.diffuse"
     bl_label = "Diffuse in Compositor"
+    profile: EnumProperty(
+        name="Profile",
+        description="How far light spreads in the skin",
+        items=[
+            ("OWN", "Material's Own", "From the subsurface radius, scale and method of the skin's material"),
+            ("SKIN", "Measured Skin", "d'Eon and Luebke's fit to measured Caucasian skin"),
+        ],
+    )
+    gaussians: IntProperty(
+        name="Gaussians",
+        description="Blurs that make up the profile; fewer are quicker and cruder",
+        default=6,
+        min=1,
+        max=6,
+    )
+    steps: BoolProperty(
+        name="Stop at Steps", default=True,
+        description="No light crosses steps in depth: from nose to cheek, chin to neck, head to head",
+    )  # fmt: skip
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> str:
+        from ....optics.diffusion import SKIN, reduced
         from ... import compositor
 
         if not obj.km_makeup.slots:
             raise MakeupError(f"{obj.name!r} has no makeup; press Set Up first.")
-        compositor.insert(context.scene)
+        heads = [*{*compositor.heads_of(context.scene), obj}]
+        profile = reduced(SKIN, self.gaussians)
+        if self.profile == "OWN":
+            profile = compositor.profile_of(sorted(heads, key=lambda head: head.name), context.scene, self.gaussians)
+        compositor.insert(context.scene, profile, self.steps)
         obj.km_makeup.scattering = "SCREEN"
         return "The compositor diffuses the light of the skin"
 

@@ -1,0 +1,105 @@
+"""The profile that a head's own materials ask for: their subsurface radius, read as Cycles reads it.
+
+Cycles takes Radius times Scale, per channel, as
+
+- Burley and Random Walk (Skin): 4 pi mean free paths;
+- Random Walk: a diffuse mean free path, times sqrt(3 (1 - a')) with a' the reduced albedo of the dipole whose diffuse
+  reflectance is the base colour.
+
+From the mean free path l and the albedo A follows Burley's d = l / (1.9 - A + 3.5 (A - 0.8)^2) (Christensen and Burley
+2015, Eq 6, for light that enters diffusely), to which the Gaussians are fitted.
+"""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import MakeupError
+from ...optics.diffusion import SKIN, GaussianProfile, fit_gaussians
+from ..shaders import PRINCIPLED, SUBSURFACE, outputs_of, shader_nodes
+from ..skin import skin_of
+
+COUNT = 6
+"""Gaussians, unless fewer are asked for."""
+
+LEAST_MM = 1e-3
+"""Narrower scattering than this is none."""
+
+
+def profile_of(heads: list[bpy.types.Object], scene: bpy.types.Scene, count: int = COUNT) -> GaussianProfile:
+    """The profile of the heads' own subsurface scattering (geometric mean of their d); `SKIN` where they have none."""
+    found = [one for head in heads for one in _distances(head, scene)]
+    if not found:
+        return SKIN
+    mean = np.exp(np.mean(np.log(found), axis=0))
+    return fit_gaussians(np.maximum(mean, LEAST_MM), count)
+
+
+def _distances(head: bpy.types.Object, scene: bpy.types.Scene) -> list[NDArray]:
+    """Burley's d (mm, three channels) of every scattering shader of the head's original materials."""
+    millimetre = 0.001 / scene.unit_settings.scale_length
+    found = []
+    for entry in head.km_makeup.slots:
+        if entry.original is None:
+            continue
+        albedo = skin_of([entry.original], head.km_makeup.uv_map).mean
+        for output in outputs_of(entry.original)[:1]:
+            for node in shader_nodes(output.inputs["Surface"]):
+                radius = _radius(node)
+                if radius is not None:
+                    found.append(burley_distances(radius / millimetre, albedo, _method(node), _ior(node)))
+    return found
+
+
+def _radius(node: bpy.types.Node) -> NDArray | None:
+    """Radius times Scale in scene units, of a node that scatters."""
+    if node.bl_idname == SUBSURFACE:
+        return np.array(node.inputs["Radius"].default_value[:3]) * node.inputs["Scale"].default_value
+    if node.bl_idname == PRINCIPLED:
+        weight = node.inputs["Subsurface Weight"]
+        if weight.is_linked or weight.default_value > 0:
+            radius = np.array(node.inputs["Subsurface Radius"].default_value[:3])
+            return radius * node.inputs["Subsurface Scale"].default_value
+    return None
+
+
+def _method(node: bpy.types.Node) -> str:
+    return str(node.subsurface_method if node.bl_idname == PRINCIPLED else node.falloff)
+
+
+def _ior(node: bpy.types.Node) -> float:
+    """The index that the walk takes: of its own where the method has one, else the surface's; a plain 1.4 elsewhere."""
+    names = ("Subsurface IOR", "IOR") if str(_method(node)) == "RANDOM_WALK_SKIN" else ("IOR",)
+    found = next((node.inputs[name] for name in names if name in node.inputs), None)
+    return float(found.default_value) if found is not None else 1.4
+
+
+def burley_distances(radius: NDArray, albedo: NDArray, method: str, ior: float = 1.4) -> NDArray:
+    """Burley's d of a radius (same unit), an albedo 0..1 and one of Blender's methods.
+
+    Raises MakeupError for a method that is none.
+    """
+    A = np.clip(albedo, 1e-3, 1 - 1e-3)
+    if method in ("BURLEY", "RANDOM_WALK_SKIN"):
+        path = radius / (4 * np.pi)
+    elif method == "RANDOM_WALK":
+        path = radius * np.sqrt(3 * (1 - _reduced_albedo(A, ior)))
+    else:
+        raise MakeupError(f"The subsurface method {method!r} is not known; use Burley or one of the random walks.")
+    return path / (1.9 - A + 3.5 * (A - 0.8) ** 2)
+
+
+def _reduced_albedo(A: NDArray, ior: float) -> NDArray:
+    """Reduced albedo a' of the dipole with diffuse reflectance A, by bisection (Jensen 2001, Eq 15)."""
+    inside = -1.440 / ior**2 + 0.710 / ior + 0.668 + 0.0636 * ior  # diffuse Fresnel reflectance from within
+    boundary = (1 + inside) / (1 - inside)
+    low, high = np.zeros_like(A), np.ones_like(A)
+    for _ in range(60):
+        middle = (low + high) / 2
+        root = np.sqrt(3 * (1 - middle))
+        reflectance = middle / 2 * (1 + np.exp(-4 / 3 * boundary * root)) * np.exp(-root)
+        below = reflectance < A
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    return (low + high) / 2

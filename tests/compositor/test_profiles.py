@@ -1,0 +1,71 @@
+"""Profiles from a material's own subsurface settings."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+import pytest
+
+from km_makeup.blender import compositor, makeup
+from km_makeup.blender.compositor.levels import RATIO, levels
+from km_makeup.blender.compositor.profiles import burley_distances
+from km_makeup.errors import MakeupError
+from km_makeup.optics.diffusion import SKIN, burley_within, fit_gaussians
+from tests.blender import scenes
+
+pytestmark = pytest.mark.blender
+
+
+def test_a_materials_radius_gives_burleys_profile() -> None:
+    """3.67, 1.37, .68 mm of a skin of known albedo: the share of light within r, to 2 %."""
+    head = scenes.head()
+    material = scenes.skin()
+    scenes.principled_of(material).subsurface_method = "BURLEY"
+    head.data.materials.append(material)
+    makeup.set_up(head)
+    profile = compositor.profile_of([head], bpy.context.scene)
+    A = np.array([0.45, 0.27, 0.19])
+    d = np.array([3.67, 1.37, 0.68]) / (4 * np.pi) / (1.9 - A + 3.5 * (A - 0.8) ** 2)
+    r = np.geomspace(0.05, 3, 30)
+    assert np.abs(profile.within(r) - burley_within(r[:, None], d)).max() < 0.02
+
+
+def test_the_unit_scale_counts() -> None:
+    head = scenes.head()
+    head.data.materials.append(scenes.skin())
+    makeup.set_up(head)
+    metres = compositor.profile_of([head], bpy.context.scene)
+    bpy.context.scene.unit_settings.scale_length = 0.1
+    tenths = compositor.profile_of([head], bpy.context.scene)
+    assert np.allclose(tenths.mean_variance, metres.mean_variance / 100, rtol=0.05)
+
+
+def test_skin_without_scattering_gets_measured_skin() -> None:
+    assert compositor.profile_of([], bpy.context.scene) is SKIN
+
+
+def test_a_diffuse_mean_free_path_is_longer_the_darker_the_skin() -> None:
+    """Random Walk: sqrt(3 (1 - a')) of the dipole; .23 at albedo .95, near sqrt 3 at black."""
+    factor = [
+        burley_distances(np.ones(1), np.array([A]), "RANDOM_WALK")[0] * (1.9 - A + 3.5 * (A - 0.8) ** 2)
+        for A in (0.001, 0.5, 0.95)
+    ]
+    assert factor == sorted(factor, reverse=True)
+    assert factor[0] == pytest.approx(3**0.5, abs=0.02)
+    with pytest.raises(MakeupError, match="CUBIC"):
+        burley_distances(np.ones(1), np.full(1, 0.5), "CUBIC")
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 6])
+@pytest.mark.parametrize("pixels_per_mm", [4.0, 16.0, 64.0])
+def test_levels_keep_the_profile_and_are_never_far_apart(count: int, pixels_per_mm: float) -> None:
+    """All weights are there, Gaussians narrower than a pixel as no blur, and no level is RATIO times the one before."""
+    profile = fit_gaussians((0.3, 0.1, 0.06), count)
+    found = levels(profile, pixels_per_mm)
+    variances = np.array([variance for variance, _ in found])
+    weights = np.array([share for _, share in found])
+    assert weights.sum(axis=0) == pytest.approx(1)
+    lost = profile.mean_variance - variances @ weights
+    assert np.all((lost >= -1e-12) & (lost < 0.04 / pixels_per_mm**2))
+    blurs = variances[variances > 0]
+    assert np.all(blurs[1:] / blurs[:-1] < RATIO * 1.001)
