@@ -21,6 +21,9 @@ from .product import Finish, Form, InterfaceKind, Product, Provenance, Spectrum
 NOISE = 0.002
 """Standard deviation of a reading where none is given: a good spectrophotometer on a film made by hand."""
 
+NEIGHBOURS = 3
+"""Wavelengths to either side that tell whether one is known by itself."""
+
 GOOD, BARIUM_SULPHATE = 0.10, 0.99
 """Relative standard error up to which K or S counts as known; reflectance of the paper's white standard."""
 
@@ -115,11 +118,12 @@ def measure(
             f"{unusable.sum()} of {len(WAVELENGTHS)} readings are no reflectances of a film over its backing; "
             "check the files, percent against fraction, and whether the specular part is included."
         )
+    status = _without_flukes(found.status)
     K, S, K_error, S_error = (_bridged(values, unusable) for values in (found.K, found.S, found.K_error, found.S_error))
-    K_error, S_error = np.where(unusable, K, K_error), np.where(unusable, S, S_error)
+    K_error, S_error = (np.where(status == Known.OK, error, np.inf) for error in (K_error, S_error))
     kind = InterfaceKind.APPARENT if index is None else InterfaceKind.INTERNAL
-    words = tuple(_quality(K, S, K_error, S_error, found.status))
-    return Measurement(K, S, _finite(K_error, K), _finite(S_error, S), found.status, kind, words)
+    words = tuple(_quality(K, S, K_error, S_error, status))
+    return Measurement(K, S, _finite(K_error, K), _finite(S_error, S), status, kind, words)
 
 
 def _check(films: Sequence[FilmReading]) -> None:
@@ -147,13 +151,26 @@ def _invert(films: Sequence[FilmReading], noise: float, interface: object, specu
     return invert_films(readings, backings, np.array([film.thickness_um / 1000 for film in films]), **options)  # type: ignore[arg-type]
 
 
+def _without_flukes(status: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """The status of each wavelength, where one that seems known among those that are not counts as they do.
+
+    K and S of a product run smoothly; where a film is opaque at most wavelengths of a stretch, noise alone makes a few of
+    them look otherwise, and their stated errors are far too small.
+    """
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(status, NEIGHBOURS, mode="edge"), 2 * NEIGHBOURS + 1)
+    unknown = np.where(around != Known.OK, around, 255)
+    alone = (status == Known.OK) & ((around != Known.OK).sum(axis=1) > NEIGHBOURS)
+    commonest = np.array([np.bincount(row[row < 255], minlength=1).argmax() for row in unknown], dtype=np.uint8)
+    return np.where(alone, commonest, status)
+
+
 def _bridged(values: Spectrum, missing: NDArray[np.bool_]) -> Spectrum:
     """Values with straight lines across what is missing."""
     return np.interp(WAVELENGTHS, WAVELENGTHS[~missing], values[~missing])
 
 
 def _finite(errors: Spectrum, values: Spectrum) -> Spectrum:
-    """Errors no larger than a thousand times the largest value, so that a file can hold them."""
+    """Errors no larger than a thousand times the largest value, so that a file can hold them: nothing is known there."""
     return np.clip(np.nan_to_num(errors, posinf=np.inf), 0, 1000 * max(float(values.max()), 1e-12))
 
 
