@@ -20,11 +20,12 @@ from ..spectra import lab, reference_skins, upsample_skin
 from .check import check_library
 from .files import provenance_data, write_product
 from .formulation import formulate
+from .importing import FilmNames, Identity, Instrument, Radiance, import_product
 from .library import Library
-from .measurement import BARIUM_SULPHATE, NOISE, FilmReading, measure, reflectance_of
+from .measurement import BARIUM_SULPHATE, NOISE
 from .pigment import shipped_pigments
-from .product import Finish, Form, Product, Provenance, Spectrum, Status
-from .readers import Scale, read_spectra
+from .product import Finish, Form, Product
+from .readers import Scale
 from .recipe import Recipe, mix
 from .shades import find_shades, skin_colour
 from .swatches import swatch, swatch_sheet, write_png
@@ -238,44 +239,24 @@ def _plot(options: argparse.Namespace) -> int:
 
 
 def _import(options: argparse.Namespace) -> int:
-    films = []
-    reading = _reader(options)
-    for text in options.film:
-        film, backing, thickness = _film(text)
-        films.append(FilmReading(reading(film), reading(backing), thickness))
-    found = measure(
-        films, noise=options.noise, index=None if options.apparent else options.index,
-        specular_included=not options.specular_excluded,
-    )  # fmt: skip
-    source = Provenance(Status.MEASURED, options.source, options.licence)
-    product = found.product(
-        options.id,
-        options.name,
-        options.kind,
-        Form(options.form),
-        source,
-        _um(options.usual),
+    identity = Identity(
+        options.id, options.name, options.kind, options.source, Form(options.form), options.licence, _um(options.usual),
         Finish(options.roughness),
-    )
-    for sentence in found.quality:
+    )  # fmt: skip
+    instrument = Instrument(options.noise, None if options.apparent else options.index, not options.specular_excluded)
+    radiance = Radiance(options.light, options.dark or "", options.standard) if options.light else None
+    found = import_product(
+        options.file, [_film(text) for text in options.film], identity, instrument,
+        radiance=radiance, scale=Scale(options.scale) if options.scale else None,
+    )  # fmt: skip
+    for sentence in found.product.quality:
         print(sentence, file=sys.stderr)
     if options.plot:
         from .plots import plot_product, reading_lines
 
-        plot_product(product, options.plot, reading_lines(films))
+        plot_product(found.product, options.plot, reading_lines(found.films))
         print(f"{options.plot}: readings, K and S with 95 % confidence", file=sys.stderr)
-    return _write(product, options)
-
-
-def _reader(options: argparse.Namespace) -> Callable[[str], Spectrum]:
-    """The reflectance (81,) of a named spectrum of the file, from radiance where --light is given."""
-    scale = Scale.AS_IS if options.light else Scale(options.scale) if options.scale else None
-    spectra = read_spectra(options.file, scale)
-    if not options.light:
-        return spectra.on_grid
-    light = spectra.on_grid(options.light)
-    dark = spectra.on_grid(options.dark) if options.dark else np.zeros_like(light)
-    return lambda name: reflectance_of(spectra.on_grid(name), light, dark, options.standard)
+    return _write(found.product, options)
 
 
 def _check(options: argparse.Namespace) -> int:
@@ -332,11 +313,11 @@ def _um(text: str) -> float:
         raise MakeupError(f"{text!r} is no thickness; write it as 15um.") from None
 
 
-def _film(text: str) -> tuple[str, str, float]:
+def _film(text: str) -> FilmNames:
     parts = text.rsplit(":", 2)
     if len(parts) != 3:
         raise MakeupError(f"{text!r} is no film; write it as FILM:BACKING:60um, with the names of the spectra.")
-    return parts[0], parts[1], np.inf if parts[2] == "opaque" else _um(parts[2])
+    return FilmNames(parts[0], parts[1], np.inf if parts[2] == "opaque" else _um(parts[2]))
 
 
 def _write(product: Product, options: argparse.Namespace) -> int:

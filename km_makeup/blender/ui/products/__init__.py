@@ -1,8 +1,8 @@
-"""Products: the picker with its swatches."""
+"""Products: the picker with its swatches, the library, and products from measurements."""
 
 from __future__ import annotations
 
-from . import picker
+from . import operators, panel, picker
 
-CLASSES: tuple[type, ...] = ()
+CLASSES = (*operators.CLASSES, *panel.CLASSES)
 register, unregister = picker.register, picker.unregister
