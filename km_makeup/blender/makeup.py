@@ -15,9 +15,23 @@ from ..effects import Engine, LayerFacts, Plan, SceneFacts, Switch, make_plan
 from ..errors import MakeupError
 from ..makeup import Coat, coat, interface_of
 from ..products import Finish, Product
+from ..spectra import Bands, bands
 from . import fitting, images
+from .highlights import by_maps, film_highlights, finishes_of, highlights_of, lamps_for
 from .library import library
-from .nodes.groups import KIND, BakedNodes, FilmNodes, is_ours, makeup_group, retune, signature_of
+from .lobes import Highlights
+from .nodes.groups import (
+    KIND,
+    BakedNodes,
+    FilmNodes,
+    GroupSettings,
+    Parts,
+    is_ours,
+    makeup_group,
+    retune,
+    signature_of,
+)
+from .nodes.weights import FilmHighlight
 from .shaders import apply_makeup, skin_colour_sockets
 from .skin import Skin, skin_of
 from .update import paused
@@ -247,8 +261,16 @@ def facts_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> SceneFacts:
             )
         )
     makeup = obj.km_makeup
+    asked = makeup.highlight == "LAMPS"
+    lamps = lamps_for(obj, scene) if asked else None
     return SceneFacts(
-        tuple(layers), engines_of(obj, scene), Switch(makeup.finish.lower()), makeup.scattering == "SCREEN"
+        tuple(layers),
+        engines_of(obj, scene),
+        Switch(makeup.finish.lower()),
+        makeup.scattering == "SCREEN",
+        asked,
+        len(lamps.chosen) if lamps else 0,
+        lamps.sentence if lamps else "",
     )
 
 
@@ -299,46 +321,52 @@ def refresh(obj: bpy.types.Object, scene: bpy.types.Scene | None = None, anew: b
         return plan
     parts = _baked_parts(obj, plan) if plan.any_film and obj.km_makeup.path == "BAKED" else _live_parts(obj, plan)
     engines = engines_of(obj, scene)
-    if anew or not _retuned(obj, parts, engines, plan):
-        exclusion = obj.km_makeup.exclusion
-        label = f"KM Makeup {obj.name}"
-        group = makeup_group(parts, obj.km_makeup.uv_map, label, plan.finish.on, exclusion)
+    products, coats = stack_of(obj, plan)
+    highlights = highlights_of(obj, scene, plan, products, coats)
+    settings = GroupSettings(
+        obj.km_makeup.uv_map, plan.finish.on, finishes_of(products) if plan.finish.on else (), obj.km_makeup.exclusion
+    )
+    if anew or not _retuned(obj, parts, settings, engines, highlights, plan):
+        group = makeup_group(parts, settings, f"KM Makeup {obj.name}")
         for entry in obj.km_makeup.slots:
-            _dress(obj, entry, group, engines, plan)
+            _dress(obj, entry, group, engines, highlights, plan)
     for entry in obj.km_makeup.slots:
         _wear(obj, entry)
     return plan
 
 
 def _retuned(
-    obj: bpy.types.Object, parts: list[FilmNodes] | BakedNodes, engines: frozenset[Engine], plan: Plan
+    obj: bpy.types.Object,
+    parts: Parts,
+    settings: GroupSettings,
+    engines: frozenset[Engine],
+    highlights: Highlights,
+    plan: Plan,
 ) -> bool:
     """Bring the group in the object's copies to ``parts``; False where the copies have to be made anew."""
-    entries = obj.km_makeup.slots
-    if any(entry.made is None or entry.made.get(DRESSING) != _dressing(entry, engines, plan) for entry in entries):
-        return False
-    if any(_made_up_by_another(obj, entry.made) for entry in entries):
-        return False
-    nodes = [node for entry in entries for node in _makeup_nodes(entry.made.node_tree)]
+    for entry in obj.km_makeup.slots:
+        if entry.made is None or entry.made.get(DRESSING) != _dressing(entry, engines, highlights, plan):
+            return False
+        if _made_up_by_another(obj, entry.made):
+            return False
+    nodes = [node for entry in obj.km_makeup.slots for node in _makeup_nodes(entry.made.node_tree)]
     groups = list(dict.fromkeys(node.node_tree for node in nodes))
     if len(groups) != 1:
         return False
     (group,) = groups
-    settings = (obj.km_makeup.uv_map, plan.finish.on, obj.km_makeup.exclusion)
-    if retune(group, parts, *settings):
+    if retune(group, parts, settings):
         return True
-    uv_map, finish, exclusion = settings
-    new = makeup_group(parts, uv_map, f"KM Makeup {obj.name}", finish, exclusion)
+    new = makeup_group(parts, settings, f"KM Makeup {obj.name}")
     for node in nodes:
         node.node_tree = new
     _delete_unused([group, *_groups_in(group)])
     return True
 
 
-def _dressing(entry: bpy.types.PropertyGroup, engines: frozenset[Engine], plan: Plan) -> str:
+def _dressing(entry: bpy.types.PropertyGroup, engines: frozenset[Engine], highlights: Highlights, plan: Plan) -> str:
     """All that the rewiring of a material depends on, as a short hash."""
     effects = [(effect.name, effect.on) for effect in plan.effects if effect not in plan.films]
-    return signature_of(entry.original.name, sorted(engine.name for engine in engines), effects)
+    return signature_of(entry.original.name, sorted(engine.name for engine in engines), effects, highlights.marks())
 
 
 def _makeup_nodes(tree: bpy.types.NodeTree) -> list[bpy.types.Node]:
@@ -371,19 +399,20 @@ def _dress(
     entry: bpy.types.PropertyGroup,
     group: bpy.types.NodeTree,
     engines: frozenset[Engine],
+    highlights: Highlights,
     plan: Plan,
 ) -> None:
     """Make a copy of one slot's skin material with the makeup group in it."""
     material = entry.original.copy()
     material.name = f"{entry.original.name} with Makeup"
-    material[MADE], material[DRESSING] = True, _dressing(entry, engines, plan)
+    material[MADE], material[DRESSING] = True, _dressing(entry, engines, highlights, plan)
 
     def instance(tree: bpy.types.NodeTree) -> bpy.types.Node:
         node = tree.nodes.new("ShaderNodeGroup")
         node.node_tree = group
         return node
 
-    apply_makeup(material, instance, engines, plan.screen_diffusion.on, plan.dither.on)
+    apply_makeup(material, instance, engines, highlights, plan.screen_diffusion.on, plan.dither.on)
     old, entry.made = entry.made, material
     _wear(obj, entry)
     _delete(old)
@@ -398,20 +427,15 @@ def _live_parts(obj: bpy.types.Object, plan: Plan) -> list[FilmNodes]:
     layers = [obj.km_makeup.layers[i] for i in plan.film_indices]
     for layer, transfer in zip(layers, transfers):
         layer.swatch = transfer.apply(np.array(1.0), skin.colours.mean(axis=0)).clip(0, 1)
+    highlights = film_highlights(obj, plan, products, coats, _bands_of(obj))
     return [
-        FilmNodes(
-            image=layer.map,
-            channel="RGBA".index(layer.channel),
-            strength=layer.strength,
-            thickness_mm=one.thickness_mm,
-            powder=one.powder,
-            roughness=product.finish.roughness,
-            f0=product.finish.f0,
-            transfer=transfer,
-            label=product.name,
-        )
-        for layer, product, one, transfer in zip(layers, products, coats, transfers)
+        FilmNodes(highlight, transfer, product.name)
+        for highlight, transfer, product in zip(highlights, transfers, products)
     ]
+
+
+def _bands_of(obj: bpy.types.Object) -> Bands:
+    return bands(light_of(obj), bpy.data.colorspace.working_space)
 
 
 def _baked_parts(obj: bpy.types.Object, plan: Plan) -> BakedNodes:
@@ -426,7 +450,14 @@ def _baked_parts(obj: bpy.types.Object, plan: Plan) -> BakedNodes:
         R_up=None if albedo else makeup.baked_R_up,
         albedo=albedo,
         finish=makeup.baked_finish if plan.finish.on else None,
+        highlights=_highlights_by_maps(obj, plan),
     )
+
+
+def _highlights_by_maps(obj: bpy.types.Object, plan: Plan) -> tuple[FilmHighlight, ...]:
+    if not by_maps(obj, plan):
+        return ()
+    return tuple(film_highlights(obj, plan, *stack_of(obj, plan), _bands_of(obj)))
 
 
 def clean_up() -> int:

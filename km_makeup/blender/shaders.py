@@ -3,11 +3,11 @@
 | input of Principled | what happens |
 | --- | --- |
 | Base Color | read as the skin's colour, replaced by the colour with films; EEVEE: dithered near black |
-| Roughness | replaced by the joint roughness of skin and films |
-| Specular IOR Level | replaced by the joint F0 of skin and films, at the IOR the skin has |
+| Roughness | read; each lobe gets that of skin or of films (`lobes`) |
+| Specular IOR Level | read; each lobe gets the F0 of skin or of films, at the IOR the skin has |
 | Subsurface Radius | EEVEE: times the square root of the skin's share, per channel; Cycles: kept |
 | Subsurface Weight | kept; in Cycles the films' own light gets a closure with weight 0 |
-| Coat Weight | fades as films cover the surface |
+| Coat Weight | fades as films cover the surface; EEVEE: where skin has none, the films' second lobe |
 | Normal | a normal map or bump that feeds it fades as films fill pores and creases; other nodes: kept |
 | all others (transmission, emission, alpha, sheen, subsurface scale, method, ...) | kept |
 
@@ -16,7 +16,7 @@ Diffuse and Subsurface Scattering closures get the colour (and radius) only: the
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from enum import Enum
 
 import bpy
@@ -24,7 +24,10 @@ import bpy
 from ..effects import Engine
 from ..errors import MakeupError
 from ..makeup.finish import DETAIL_POWER
+from .lobes import Highlights, lay_highlights, scalar
+from .nodes.copying import copy_node
 from .nodes.expression import Colour, Scalar, Tree
+from .nodes.weights import SHARE
 
 PRINCIPLED = "ShaderNodeBsdfPrincipled"
 DIFFUSE = "ShaderNodeBsdfDiffuse"
@@ -128,6 +131,7 @@ def apply_makeup(
     material: bpy.types.Material,
     makeup: MakeupNode,
     engines: frozenset[Engine],
+    highlights: Highlights,
     screen: bool = False,
     dither: bool = False,
 ) -> None:
@@ -143,47 +147,52 @@ def apply_makeup(
     if engines == frozenset(Engine):
         twin = _twin(material.node_tree, output)
         output.target, twin.target = "EEVEE", "CYCLES"
-        _apply(output.inputs["Surface"], makeup, eevee, dither)
-        _apply(twin.inputs["Surface"], makeup, Closures.TWO, False)
+        _apply(output.inputs["Surface"], makeup, eevee, highlights, dither)
+        _apply(twin.inputs["Surface"], makeup, Closures.TWO, highlights, False)
     else:
         output.target = "ALL"
         only_eevee = engines == {Engine.EEVEE}
-        _apply(output.inputs["Surface"], makeup, eevee if only_eevee else Closures.TWO, dither and only_eevee)
+        form = eevee if only_eevee else Closures.TWO
+        _apply(output.inputs["Surface"], makeup, form, highlights, dither and only_eevee)
 
 
-def _apply(surface: bpy.types.NodeSocket, makeup: MakeupNode, form: Closures, dither: bool) -> None:
+def _apply(
+    surface: bpy.types.NodeSocket, makeup: MakeupNode, form: Closures, highlights: Highlights, dither: bool
+) -> None:
     for node in list(shader_nodes(surface)):
         if node.bl_idname == "ShaderNodeGroup" and node.node_tree:
             node.node_tree = node.node_tree.copy()
             for end in _group_ends(node.node_tree):
-                _apply(end, makeup, form, dither)
+                _apply(end, makeup, form, highlights, dither)
         elif node.bl_idname in COLOUR_INPUT:
-            _cover(node, makeup, form, dither)
+            _cover(node, makeup, form, highlights, dither)
 
 
-def _cover(node: bpy.types.Node, makeup: MakeupNode, form: Closures, dither: bool) -> None:
+def _cover(node: bpy.types.Node, makeup: MakeupNode, form: Closures, highlights: Highlights, dither: bool) -> None:
     """Lay the makeup over one closure."""
     tree = Tree(node.id_data)
     group = makeup(node.id_data)
     group.location = (node.location.x - 260, node.location.y)
     _hand_on(node.inputs[COLOUR_INPUT[node.bl_idname]], group.inputs["Skin"])
     total, film, skin = (Colour(tree, group.outputs[name]) for name in ("Colour", "Film", "Skin"))
-    if "Finish" in group.outputs:
-        finish = Colour(tree, group.outputs["Finish"])
-        _fill(tree, node, finish)
+    shaders = [node]
+    if SHARE in group.outputs:
+        _fill(tree, node, Scalar(tree, group.outputs[SHARE]))
         if node.bl_idname == PRINCIPLED:
-            _finish(tree, node, finish)
+            shaders = lay_highlights(tree, node, group, highlights, form is Closures.TWO)
     if dither:
         total = _dithered(tree, total)
+    if form is Closures.TWO and _scatters(node):
+        _two_closures(tree, shaders, film, skin)
+        return
+    for shader in shaders:
+        tree.feed(shader.inputs[COLOUR_INPUT[node.bl_idname]], total)
     if not _scatters(node):
-        tree.feed(node.inputs[COLOUR_INPUT[node.bl_idname]], total)
-    elif form is Closures.SCREEN:
+        return
+    if form is Closures.SCREEN:
         _hand_over(tree, node, total, skin)
-    elif form is Closures.ONE:
-        tree.feed(node.inputs[COLOUR_INPUT[node.bl_idname]], total)
-        _shrink_radius(tree, node, (skin / total.maximum(1e-4)).sqrt())
     else:
-        _two_closures(tree, node, film, skin)
+        _shrink_radius(tree, node, (skin / total.maximum(1e-4)).sqrt())
 
 
 def _dithered(tree: Tree, colour: Colour) -> Colour:
@@ -214,11 +223,6 @@ def _hand_on(old: bpy.types.NodeSocket, new: bpy.types.NodeSocket) -> None:
         new.default_value = old.default_value
 
 
-def _scalar(tree: Tree, socket: bpy.types.NodeSocket) -> Scalar:
-    """The number that a socket receives, as an expression."""
-    return Scalar(tree, socket.links[0].from_socket) if socket.is_linked else tree.scalar(socket.default_value)
-
-
 def _colour(tree: Tree, socket: bpy.types.NodeSocket) -> Colour:
     """The colour or vector that a socket receives, as an expression."""
     if socket.is_linked:
@@ -226,31 +230,14 @@ def _colour(tree: Tree, socket: bpy.types.NodeSocket) -> Colour:
     return tree.colour(tuple(socket.default_value)[:3])
 
 
-def _finish(tree: Tree, node: bpy.types.Node, finish: Colour) -> None:
-    """Joint roughness and specular level of skin and films (`makeup.finish`)."""
-    share, variance, f0 = finish.channels()
-    rough = _scalar(tree, node.inputs["Roughness"])
-    squared = rough * rough
-    tree.feed(node.inputs["Roughness"], (share * squared * squared + variance).sqrt().sqrt())
-    ior = _scalar(tree, node.inputs["IOR"])
-    ratio = (ior - 1.0) / (ior + 1.0)
-    full = (2.0 * ratio * ratio).maximum(1e-6)
-    level = _scalar(tree, node.inputs["Specular IOR Level"])
-    tree.feed(node.inputs["Specular IOR Level"], share * level + f0 / full)
-    coat = node.inputs["Coat Weight"]
-    if coat.is_linked or coat.default_value > 0:
-        tree.feed(coat, share * _scalar(tree, coat))
-
-
-def _fill(tree: Tree, node: bpy.types.Node, finish: Colour) -> None:
+def _fill(tree: Tree, node: bpy.types.Node, share: Scalar) -> None:
     """Pores and creases of a normal or bump map fade as films fill them (`makeup.finish`)."""
     detail = _source(node.inputs["Normal"])
     if detail is None or detail.bl_idname not in (NORMAL_MAP, BUMP):
         return
     filled = copy_node(detail)
     strength = filled.inputs["Strength"]
-    share = finish.channels()[0]
-    tree.feed(strength, _scalar(tree, strength) * share.power(DETAIL_POWER))
+    tree.feed(strength, scalar(tree, strength) * share.power(DETAIL_POWER))
     tree.tree.links.new(filled.outputs["Normal"], node.inputs["Normal"])
 
 
@@ -271,7 +258,7 @@ def _hand_over(tree: Tree, node: bpy.types.Node, total: Colour, skin: Colour) ->
         tree.feed(diffuse.inputs["Color"], total)
     else:
         weight = node.inputs["Subsurface Weight"]
-        share = share * _scalar(tree, weight).clamped()
+        share = share * scalar(tree, weight).clamped()
         for link in list(weight.links):
             tree.tree.links.remove(link)
         weight.default_value = 0.0
@@ -280,52 +267,40 @@ def _hand_over(tree: Tree, node: bpy.types.Node, total: Colour, skin: Colour) ->
     tree.node("ShaderNodeOutputAOV", aov_name=MASK_AOV).inputs["Color"].default_value = (1, 1, 1, 1)
 
 
-def _two_closures(tree: Tree, node: bpy.types.Node, film: Colour, skin: Colour) -> None:
-    """The skin's part scatters, the films' part does not: two copies of the closure, mixed.
+def _two_closures(tree: Tree, nodes: Sequence[bpy.types.Node], film: Colour, skin: Colour) -> None:
+    """The skin's part scatters, the films' part does not: two copies of each closure, mixed.
 
     The mix is by f = max(film)/(max(film) + max(skin)), and each copy gets its part divided by its weight:
     both keep the same highlight, their sum has it once, and no colour passes max(film) + max(skin) <= 1.
     """
-    twin = copy_node(node)
-    name = COLOUR_INPUT[node.bl_idname]
     high_film, high_skin = film.largest(), skin.largest()
     f = high_film / (high_film + high_skin).maximum(1e-6)
-    tree.feed(node.inputs[name], skin * (1.0 / (1.0 - f).maximum(1e-6)))
-    targets = [link.to_socket for link in node.outputs[0].links]
+    of_skin, of_film = skin * (1.0 / (1.0 - f).maximum(1e-6)), film * (1.0 / f.maximum(1e-6))
+    for node in nodes:
+        twin = _unscattered_twin(tree, node)
+        targets = [link.to_socket for link in node.outputs[0].links]
+        tree.feed(node.inputs[COLOUR_INPUT[node.bl_idname]], of_skin)
+        tree.feed(twin.inputs[COLOUR_INPUT[twin.bl_idname]], of_film)
+        mix = tree.node("ShaderNodeMixShader", location=(node.location.x + 260, node.location.y))
+        tree.feed(mix.inputs[0], f)
+        tree.tree.links.new(node.outputs[0], mix.inputs[1])
+        tree.tree.links.new(twin.outputs[0], mix.inputs[2])
+        for socket in targets:
+            tree.tree.links.new(mix.outputs[0], socket)
+
+
+def _unscattered_twin(tree: Tree, node: bpy.types.Node) -> bpy.types.Node:
+    """A copy of a closure whose light leaves where it enters."""
     if node.bl_idname == SUBSURFACE:
-        tree.tree.nodes.remove(twin)
         twin = tree.node(DIFFUSE)
-        name = "Color"
         if node.inputs["Normal"].is_linked:
             _hand_on(node.inputs["Normal"], twin.inputs["Normal"])
-    else:
-        weight = twin.inputs["Subsurface Weight"]
-        for link in list(weight.links):
-            tree.tree.links.remove(link)
-        weight.default_value = 0.0
-    tree.feed(twin.inputs[name], film * (1.0 / f.maximum(1e-6)))
-    mix = tree.node("ShaderNodeMixShader", location=(node.location.x + 260, node.location.y))
-    tree.feed(mix.inputs[0], f)
-    tree.tree.links.new(node.outputs[0], mix.inputs[1])
-    tree.tree.links.new(twin.outputs[0], mix.inputs[2])
-    for socket in targets:
-        tree.tree.links.new(mix.outputs[0], socket)
-
-
-def copy_node(node: bpy.types.Node) -> bpy.types.Node:
-    """A second node with the same properties, input values and incoming links."""
-    tree = node.id_data
-    twin = tree.nodes.new(node.bl_idname)
-    base = {p.identifier for p in bpy.types.Node.bl_rna.properties} - {"label", "mute", "hide", "width"}
-    for prop in node.bl_rna.properties:
-        if not prop.is_readonly and prop.identifier not in base:
-            setattr(twin, prop.identifier, getattr(node, prop.identifier))
-    twin.location = (node.location.x, node.location.y - 420)
-    for old, new in zip(node.inputs, twin.inputs):
-        if old.is_linked:
-            tree.links.new(old.links[0].from_socket, new)
-        elif hasattr(old, "default_value"):
-            new.default_value = old.default_value
+        return twin
+    twin = copy_node(node)
+    weight = twin.inputs["Subsurface Weight"]
+    for link in list(weight.links):
+        tree.tree.links.remove(link)
+    weight.default_value = 0.0
     return twin
 
 

@@ -48,3 +48,8 @@ class SceneFacts:
     engines: frozenset[Engine]
     finish: Switch = Switch.AUTO
     screen_diffusion: bool = False
+    lamp_highlights: bool = False
+    """Whether the paper's highlight, lamp by lamp, is asked for."""
+    lamps: int = 0
+    lamps_left_out: str = ""
+    """A sentence where the scene has more lamps than get a highlight of their own."""

@@ -35,6 +35,7 @@ class Plan:
     air_interface: Effect
     film_closure: Effect
     finish: Effect
+    lamp_highlights: Effect
     screen_diffusion: Effect
     dither: Effect
     tolerance: float
@@ -42,7 +43,15 @@ class Plan:
     @property
     def effects(self) -> tuple[Effect, ...]:
         """Every effect of the plan."""
-        return (*self.films, self.air_interface, self.film_closure, self.finish, self.screen_diffusion, self.dither)
+        return (
+            *self.films,
+            self.air_interface,
+            self.film_closure,
+            self.finish,
+            self.lamp_highlights,
+            self.screen_diffusion,
+            self.dither,
+        )
 
     @property
     def film_indices(self) -> tuple[int, ...]:
@@ -81,6 +90,7 @@ def make_plan(facts: SceneFacts, tolerance: float = DEFAULT_TOLERANCE) -> Plan:
         ),
         film_closure=_film_closure(facts.engines, bool(live)),
         finish=_finish(facts.finish, bool(live)),
+        lamp_highlights=_lamp_highlights(facts, bool(live)),
         screen_diffusion=_screen(facts),
         dither=_dither(facts.engines, bool(live)),
         tolerance=tolerance,
@@ -111,12 +121,30 @@ def _film(layer: LayerFacts) -> Effect:
 
 
 def _finish(switch: Switch, any_film: bool) -> Effect:
-    name, cost = "Film highlight", "about 15 nodes a skin shader, 4 a film"
+    name, cost = (
+        "Film highlight",
+        "a copy of the skin shader for each finish in Cycles, about 25 nodes in EEVEE, 5 a film",
+    )
     if not any_film:
         return Effect(name, False, "no film", 0.0, cost)
     if switch is Switch.OFF:
         return Effect(name, False, "forced off", None, cost)
     return Effect(name, True, "films have their own roughness and reflectance", None, cost)
+
+
+def _lamp_highlights(facts: SceneFacts, any_film: bool) -> Effect:
+    name, cost = "Highlight of each lamp", "a light loop, 20 nodes and 12 a finish for each lamp"
+    if not facts.lamp_highlights:
+        return Effect(name, False, "not asked for: glossy lobes, shaded by the renderer", None, cost)
+    if not any_film or facts.finish is Switch.OFF:
+        return Effect(name, False, "no film highlight", 0.0, cost)
+    if Engine.EEVEE not in facts.engines:
+        reason = "Cycles has no Shader to RGB and path traces its glossy lobes"
+        return Effect(name, False, reason, None, cost)
+    if not facts.lamps:
+        return Effect(name, False, "the scene has no lamp; light of the world alone gives none", None, cost)
+    reason = f"asked for: {facts.lamps} lamp{'s' if facts.lamps > 1 else ''}, in EEVEE. {facts.lamps_left_out}"
+    return Effect(name, True, reason.strip(), None, cost)
 
 
 def _screen(facts: SceneFacts) -> Effect:

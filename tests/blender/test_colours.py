@@ -107,7 +107,10 @@ def test_live_and_baked_films_have_the_same_highlight_and_it_is_not_the_skins(te
         return render.read_tiles(file, 1, 1)[0]
 
     half = scenes.write_map(tmp_path, "half", np.full((8, 8), 128, np.uint8))
-    layers = (Layer("test-powder", 6.0, half), Layer("test-red", 4.0, half))
+    layers = (
+        Layer("test-red", 6.0, half),
+        Layer("test-red", 4.0, half),
+    )  # one finish: baked textures join those of films
     for engine, samples in (("cycles", 128), ("eevee", 4)):
         looks.apply_look(obj, Look("Glossy", layers))
         live = seen(engine, samples)

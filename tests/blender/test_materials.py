@@ -282,7 +282,7 @@ def test_what_a_principled_skin_has_is_kept_but_for_what_films_change(painted_lo
     looks.apply_look(obj, painted_look)
     made = obj.material_slots[0].material.node_tree
     copies = [n for n in made.nodes if n.bl_idname == scenes.PRINCIPLED]
-    assert len(copies) == 3  # EEVEE's, and Cycles' for the skin's part and the films'
+    assert len(copies) == 1 + 2 * 4  # EEVEE's, and Cycles' for the skin's part and the films', one a finish
     replaced = {
         "Base Color",
         "Roughness",
@@ -298,7 +298,7 @@ def test_what_a_principled_skin_has_is_kept_but_for_what_films_change(painted_lo
                 continue
             assert new.is_linked == old.is_linked, old.name
             assert scenes._value(new.default_value) == scenes._value(old.default_value), old.name
-    assert sorted(copy.inputs["Subsurface Weight"].default_value for copy in copies) == [0, 1, 1]
+    assert sorted(copy.inputs["Subsurface Weight"].default_value for copy in copies) == 4 * [0] + 5 * [1]
 
 
 def test_nothing_is_built_that_the_plan_does_not_list(painted_look):
@@ -325,7 +325,7 @@ def test_nothing_is_built_that_the_plan_does_not_list(painted_look):
     assert [g.name for g in film_groups()] == ["KM Film test-base"]
     (group,) = [g for g in bpy.data.node_groups if g.get("km_makeup_group") == "makeup"]
     assert [n.image.name for n in group.nodes if n.bl_idname == "ShaderNodeTexImage"] == ["spots.png"]
-    assert "Finish" not in [item.name for item in group.interface.items_tree]
+    assert not {"Share", "Weight 0"} & {item.name for item in group.interface.items_tree}
 
 
 def test_without_anything_painted_the_skin_keeps_its_own_material_and_nothing_is_built(test_products, tmp_path):

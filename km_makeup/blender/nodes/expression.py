@@ -63,6 +63,10 @@ class Scalar(Socket):
         """e to this power."""
         return self._math("EXPONENT")
 
+    def log(self) -> Scalar:
+        """Natural logarithm of a positive number."""
+        return self._math("LOGARITHM", 2.718281828459045)
+
     def power(self, exponent: Scalar | Number) -> Scalar:
         """This to a power; 0 stays 0."""
         return self._math("POWER", exponent)
@@ -133,6 +137,28 @@ class Colour(Socket):
         """Square root of each channel."""
         channels = [c.sqrt() for c in self.channels()]
         return self.tree.combine(*channels)
+
+    def dot(self, other: Colour) -> Scalar:
+        """The scalar product of two vectors."""
+        node = self.tree.node("ShaderNodeVectorMath", operation="DOT_PRODUCT")
+        self.tree.feed(node.inputs[0], self)
+        self.tree.feed(node.inputs[1], other)
+        return Scalar(self.tree, node.outputs["Value"])
+
+    def cross(self, other: Colour) -> Colour:
+        """The vector product of two vectors."""
+        return self._math("CROSS_PRODUCT", other)
+
+    def normalized(self) -> Colour:
+        """The vector at length 1; 0 stays 0."""
+        return self._math("NORMALIZE")
+
+    def scaled(self, factor: Scalar | Number) -> Colour:
+        """The vector times a number."""
+        node = self.tree.node("ShaderNodeVectorMath", operation="SCALE")
+        self.tree.feed(node.inputs[0], self)
+        self.tree.feed(node.inputs["Scale"], factor)
+        return Colour(self.tree, node.outputs[0])
 
     def channels(self) -> tuple[Scalar, Scalar, Scalar]:
         """The three channels."""
@@ -242,6 +268,15 @@ class Tree:
     def colour_input(self, name: str, description: str, default: Sequence[float] = (0.0, 0.0, 0.0, 1.0)) -> Colour:
         """A colour as input of the group."""
         self._interface(name, "INPUT", "NodeSocketColor", description, tuple(default))
+        return Colour(self, self._inputs().outputs[name])
+
+    def vector_input(
+        self, name: str, description: str, default: Sequence[float] = (0.0, 0.0, 0.0), hidden: bool = False
+    ) -> Colour:
+        """A vector as input of the group; ``hidden`` shows no value fields: it is to be linked."""
+        self._interface(name, "INPUT", "NodeSocketVector", description, tuple(default))
+        if hidden:
+            next(i for i in self.tree.interface.items_tree if i.name == name and i.in_out == "INPUT").hide_value = True
         return Colour(self, self._inputs().outputs[name])
 
     def output(self, name: str, value: Colour | Scalar, description: str = "") -> None:

@@ -10,12 +10,15 @@ from bpy.props import PointerProperty
 
 from .bake.properties import BakeProperties
 from .effects.properties import EffectsProperties
+from .highlights.properties import HighlightsProperties
 from .layer.properties import KM_PG_layer
 from .layers.properties import LayersProperties
 from .set_up.properties import KM_PG_slot, SetUpProperties
 
 
-class KM_PG_object(SetUpProperties, LayersProperties, EffectsProperties, BakeProperties, bpy.types.PropertyGroup):
+class KM_PG_object(
+    SetUpProperties, LayersProperties, EffectsProperties, HighlightsProperties, BakeProperties, bpy.types.PropertyGroup
+):
     """Makeup of one object."""
 
 

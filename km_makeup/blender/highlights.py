@@ -1,0 +1,125 @@
+"""What an object's highlights are made from: its films' finishes, the lamps of the scene, and what the artist chose."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import bpy
+import numpy as np
+from mathutils import Vector
+from numpy.typing import NDArray
+
+from ..effects import Plan
+from ..makeup import Coat
+from ..makeup.finish import Finish, covered, dimming, distinct, merged, two_lobes
+from ..optics import HighlightRule
+from ..products import Product
+from ..spectra import Bands
+from .lamps import Lamps, lamps_of
+from .lobes import Highlights, Shown
+from .nodes.weights import FilmHighlight
+from .shaders import PRINCIPLED, outputs_of, shader_nodes
+
+USUAL_ROUGHNESS = 0.45
+"""Roughness of skin where a texture gives it: it only decides which finishes share a lobe in EEVEE."""
+
+
+def film_highlights(
+    obj: bpy.types.Object, plan: Plan, products: Sequence[Product], coats: Sequence[Coat], bands: Bands
+) -> list[FilmHighlight]:
+    """What each planned film does to highlights, bottom to top."""
+    kinds = _kinds(products)[1]
+    paper = HighlightRule[obj.km_makeup.highlight_rule] is HighlightRule.PAPER
+    return [
+        FilmHighlight(
+            image=layer.map,
+            channel="RGBA".index(layer.channel),
+            strength=layer.strength,
+            thickness_mm=one.thickness_mm,
+            powder=one.powder,
+            kind=kind,
+            passed=dimming(one, bands) if paper else None,
+        )
+        for layer, one, kind in zip(_layers(obj, plan), coats, kinds)
+    ]
+
+
+def finishes_of(products: Sequence[Product]) -> tuple[Finish, ...]:
+    """The distinct finishes of films, as their `FilmHighlight.kind` counts them."""
+    return _kinds(products)[0]
+
+
+def by_maps(obj: bpy.types.Object, plan: Plan) -> bool:
+    """Whether highlights need the painted maps even over baked textures: the paper dims by every film's transmittance."""
+    return plan.finish.on and HighlightRule[obj.km_makeup.highlight_rule] is HighlightRule.PAPER
+
+
+def highlights_of(
+    obj: bpy.types.Object, scene: bpy.types.Scene, plan: Plan, products: Sequence[Product], coats: Sequence[Coat]
+) -> Highlights:
+    """How the object's materials make their highlights."""
+    makeup = obj.km_makeup
+    joint = makeup.path == "BAKED" and not by_maps(obj, plan)
+    finishes, kinds = _kinds(products)
+    seen = _seen(_layers(obj, plan), coats, kinds, len(finishes))
+    known = [merged(finishes, np.maximum(seen, 1e-6))] if joint and finishes else list(finishes)
+    shares = [float(seen.sum())] if joint and finishes else [float(share) for share in seen]
+    on_top = two_lobes([_skin_roughness(obj), *(one.roughness for one in known)], [1.0, *shares])[1]
+    lamps = None
+    if plan.lamp_highlights.on:
+        chosen = lamps_for(obj, scene).chosen
+        lamps = partial(_lamps_group, chosen, makeup.highlight_shadows, world_shines(scene))
+    return Highlights(None if joint else finishes, on_top, Shown[makeup.highlight_shown], lamps)
+
+
+def _lamps_group(chosen: Sequence[bpy.types.Object], shadows: bool, world: bool, lobes: int) -> bpy.types.NodeTree:
+    return highlights_group(chosen, lobes, shadows, world)
+
+
+def lamps_for(obj: bpy.types.Object, scene: bpy.types.Scene) -> Lamps:
+    """The lamps that give the object a highlight, by the light they send to its middle."""
+    corners = [obj.matrix_world @ Vector(corner) for corner in obj.bound_box]
+    return lamps_of(scene, sum(corners, Vector()) / len(corners))
+
+
+def world_shines(scene: bpy.types.Scene) -> bool:
+    """Whether the world may give any light."""
+    if scene.world is None:
+        return False
+    tree = scene.world.node_tree
+    backgrounds = [n for n in tree.nodes if n.bl_idname == "ShaderNodeBackground"] if tree else []
+    others = (
+        [n for n in tree.nodes if n.bl_idname not in ("ShaderNodeBackground", "ShaderNodeOutputWorld")] if tree else []
+    )
+    if others or not backgrounds:
+        return bool(others) or (tree is None and max(tuple(scene.world.color)) > 0)
+    return any(max(n.inputs["Color"].default_value[:3]) * n.inputs["Strength"].default_value > 0 for n in backgrounds)
+
+
+def _layers(obj: bpy.types.Object, plan: Plan) -> list[bpy.types.PropertyGroup]:
+    return [obj.km_makeup.layers[i] for i in plan.film_indices]
+
+
+def _kinds(products: Sequence[Product]) -> tuple[tuple[Finish, ...], tuple[int, ...]]:
+    return distinct([Finish(product.finish.roughness, product.finish.f0) for product in products])
+
+
+def _seen(
+    layers: Sequence[bpy.types.PropertyGroup], coats: Sequence[Coat], kinds: Sequence[int], count: int
+) -> NDArray:
+    """Roughly how much of each finish is seen: painted share of the map times coverage at full thickness."""
+    seen = np.zeros(count)
+    for layer, one, kind in zip(layers, coats, kinds):
+        full = np.array([layer.map_max if layer.map_max > 0 else 1.0])
+        seen[kind] += layer.coverage * float(covered(full, one.thickness_mm, one.powder)[0])
+    return seen
+
+
+def _skin_roughness(obj: bpy.types.Object) -> float:
+    """Roughness of the skin's shader, where it is a number."""
+    for entry in obj.km_makeup.slots:
+        for output in outputs_of(entry.original)[:1]:
+            for node in shader_nodes(output.inputs["Surface"]):
+                if node.bl_idname == PRINCIPLED and not node.inputs["Roughness"].is_linked:
+                    return float(node.inputs["Roughness"].default_value)
+    return USUAL_ROUGHNESS
