@@ -1,0 +1,291 @@
+"""The same picture path traced in Cycles, and how far the picture is from it.
+
+Four renders: the scene as it is, a mask of the head, and Cycles twice with half the samples and different seeds. The
+mean of the two is the reference; what they differ by is its grain. Every setting that is changed is put back.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import bpy
+import numpy as np
+from mathutils import Vector
+from numpy.typing import NDArray
+
+from ..accuracy import PictureDifference, compare_pictures, map_colours, noise_floor
+from ..bake.files import read_image, write_exr, write_png
+from ..errors import MakeupError
+from ..files import write_text
+from . import compositor
+from .lamps import irradiance_at
+from .sheets import contact_sheet
+
+SAMPLES = 256
+FULL_DELTA_E, FULL_FLIP = 10.0, 0.5
+"""What is drawn as the brightest colour of a difference map."""
+
+
+class Restoring:
+    """Properties changed for a while: `set` remembers what was there, `restore` puts it back, last change first."""
+
+    def __init__(self) -> None:
+        self._kept: list[tuple[object, str, object]] = []
+
+    def set(self, owner: object, name: str, value: object) -> None:
+        """Change a property of a Blender object."""
+        self._kept.append((owner, name, getattr(owner, name)))
+        setattr(owner, name, value)
+
+    def restore(self) -> None:
+        """Everything as it was."""
+        while self._kept:
+            owner, name, value = self._kept.pop()
+            setattr(owner, name, value)
+
+
+@dataclass(frozen=True)
+class ReferenceReport:
+    """Files written, the picture's difference from the reference on the head, the reference's own grain, and the white."""
+
+    files: dict[str, Path]
+    difference: PictureDifference
+    grain: PictureDifference
+    white: tuple[float, float, float]
+    seconds: dict[str, float]
+
+    def __str__(self) -> str:
+        return f"{self.difference}; grain of the reference ΔE2000 {self.grain.delta_e}"
+
+    def plain(self) -> dict[str, object]:
+        """As JSON takes it."""
+        return {
+            "difference": self.difference.plain(),
+            "grain": self.grain.plain(),
+            "white": list(self.white),
+            "seconds": {name: round(value, 3) for name, value in self.seconds.items()},
+            "files": {name: path.name for name, path in self.files.items()},
+        }
+
+
+class ReferenceRun:
+    """The renders of a reference, one after the other: `prepare`, render, `collect`, until `prepare` says there is none.
+
+    ``restore`` must be called whatever happens. Raises MakeupError where there is nothing to compare with.
+    """
+
+    def __init__(self, scene: bpy.types.Scene, obj: bpy.types.Object, samples: int = SAMPLES, seed: int = 0) -> None:
+        if scene.render.engine == "CYCLES":
+            raise MakeupError("The scene renders in Cycles, which is the reference itself; set the engine to EEVEE first.")
+        if scene.camera is None:
+            raise MakeupError(f"The scene {scene.name!r} has no camera; add one.")
+        self.scene, self.obj, self.samples, self.seed = scene, obj, samples, seed
+        self.pictures: dict[str, NDArray[np.float32]] = {}
+        self.seconds: dict[str, float] = {}
+        self._settings, self._started = Restoring(), 0.0
+        self._rebuilt = False
+        self._stages: list[tuple[str, Callable[[], None]]] = [
+            ("picture", lambda: None),
+            ("mask", self._prepare_mask),
+            ("reference", lambda: self._prepare_cycles(seed)),
+            ("again", lambda: self._prepare_cycles(seed + 1)),
+        ]
+        self.count, self.current = len(self._stages), ""
+
+    def prepare(self) -> bool:
+        """Set the scene up for the next render; False when all are made."""
+        self._settings.restore()
+        if not self._stages:
+            return False
+        self.current, set_up = self._stages.pop(0)
+        set_up()
+        self._started = time.perf_counter()
+        return True
+
+    def collect(self) -> None:
+        """Take the picture that was just rendered."""
+        self.seconds[self.current] = time.perf_counter() - self._started
+        self.pictures[self.current] = _rendered(self.scene)
+
+    def restore(self) -> None:
+        """The scene as it was."""
+        self._settings.restore()
+        if self._rebuilt:
+            self._rebuild()
+            self._rebuilt = False
+
+    def write(self, target: Path) -> ReferenceReport:
+        """Compare and write the reference, the maps, a sheet of all and the figures beside ``target`` (a .png or .exr)."""
+        first, second = self.pictures["reference"], self.pictures["again"]
+        picture, reference = self.pictures["picture"], (first + second) / 2
+        white = white_of(self.scene, self.obj)
+        options = {
+            "mask": self.pictures["mask"][..., 3],
+            "white": white,
+            "space": bpy.data.colorspace.working_space,
+        }
+        report = ReferenceReport(
+            files={name: target.with_name(f"{target.stem}_{name}{suffix}") for name, suffix in FILES.items()},
+            difference=compare_pictures(picture, reference, **options),
+            grain=noise_floor(first, second, averaged=True, **options),
+            white=white,
+            seconds=self.seconds,
+        )
+        return _write(self.scene, report, picture, reference)
+
+    def _prepare_mask(self) -> None:
+        """The head alone, and what hides it: one sample of Cycles, all other objects cut out."""
+        settings, scene = self._settings, self.scene
+        self._plain_cycles(1, self.seed)
+        settings.set(scene.render, "film_transparent", True)
+        settings.set(scene.render, "use_compositing", False)
+        settings.set(scene.cycles, "max_bounces", 0)
+        for other in scene.objects:
+            if other != self.obj and not other.is_holdout:
+                settings.set(other, "is_holdout", True)
+
+    def _prepare_cycles(self, seed: int) -> None:
+        self._plain_cycles(max(1, self.samples // 2), seed)
+        node = compositor.find(self.scene)
+        if node is not None and not node.mute:
+            self._settings.set(node, "mute", True)  # Cycles scatters light in the skin by itself
+
+    def _plain_cycles(self, samples: int, seed: int) -> None:
+        settings, scene = self._settings, self.scene
+        settings.set(scene.render, "engine", "CYCLES")
+        for name, value in (
+            ("samples", samples),
+            ("seed", seed),
+            ("use_animated_seed", False),
+            ("use_denoising", False),
+            ("use_adaptive_sampling", False),
+            ("sample_clamp_direct", 0.0),
+            ("sample_clamp_indirect", 0.0),
+        ):
+            settings.set(scene.cycles, name, value)
+        if not self.obj.km_makeup.both_engines and self.obj.km_makeup.slots:
+            self._rebuilt = True
+            self._rebuild()
+
+    def _rebuild(self) -> None:
+        """Materials of a head that has them for the scene's engine only."""
+        from .makeup import refresh
+
+        refresh(self.obj, self.scene)
+
+
+FILES = {
+    "reference": ".exr",
+    "delta_e": ".png",
+    "flip": ".png",
+    "comparison": ".png",
+    "difference": ".json",
+}
+
+
+def make_reference(
+    scene: bpy.types.Scene, obj: bpy.types.Object, target: Path, samples: int = SAMPLES, seed: int = 0
+) -> ReferenceReport:
+    """All at once, without a window: the report, the files beside ``target``."""
+    run = ReferenceRun(scene, obj, samples, seed)
+    try:
+        while run.prepare():
+            bpy.ops.render.render()
+            run.collect()
+    finally:
+        run.restore()
+    return run.write(target)
+
+
+def white_of(scene: bpy.types.Scene, obj: bpy.types.Object) -> tuple[float, float, float]:
+    """What a white card at the head's middle reads that faces the strongest lamp, shadows left aside; 1 without any light.
+
+    The world counts with its background colour where it is plain.
+    """
+    from .highlights import lamps_for
+
+    place = sum((obj.matrix_world @ Vector(corner) for corner in obj.bound_box), Vector()) / 8
+    lamps = lamps_for(obj, scene).chosen
+    total = np.zeros(3)
+    for lamp in lamps:
+        cosine = max(0.0, _towards(lamps[0], place).dot(_towards(lamp, place)))
+        total += cosine * np.array(irradiance_at(lamp, place)) / math.pi
+    tree = scene.world.node_tree if scene.world else None
+    for node in tree.nodes if tree else ():
+        if node.bl_idname == "ShaderNodeBackground" and not node.inputs["Color"].is_linked:
+            total += np.array(node.inputs["Color"].default_value[:3]) * node.inputs["Strength"].default_value
+    if total.min() <= 0:
+        return 1.0, 1.0, 1.0
+    return float(total[0]), float(total[1]), float(total[2])
+
+
+def _towards(lamp: bpy.types.Object, place: Vector) -> Vector:
+    if lamp.data.type == "SUN":
+        return lamp.matrix_world.to_quaternion() @ Vector((0, 0, 1))
+    return (lamp.matrix_world.translation - place).normalized()
+
+
+def _rendered(scene: bpy.types.Scene) -> NDArray[np.float32]:
+    """The picture that was just rendered, linear, (height, width, 4), top row first."""
+    settings = Restoring()
+    for name, value in (("media_type", "IMAGE"), ("file_format", "OPEN_EXR"), ("color_depth", "32"), ("color_mode", "RGBA")):
+        settings.set(scene.render.image_settings, name, value)
+    try:
+        with tempfile.TemporaryDirectory(prefix="km-reference-") as folder:
+            file = Path(folder) / "rendered.exr"
+            bpy.data.images["Render Result"].save_render(str(file), scene=scene)
+            return read_image(file)[0].astype(np.float32)
+    finally:
+        settings.restore()
+
+
+def _write(
+    scene: bpy.types.Scene, report: ReferenceReport, picture: NDArray[np.float32], reference: NDArray[np.float32]
+) -> ReferenceReport:
+    files = dict(report.files)
+    write_exr(files["reference"], reference[::-1, :, :3], half=False)
+    write_png(files["delta_e"], map_colours(report.difference.delta_e_map, FULL_DELTA_E)[::-1])
+    if report.difference.flip_map is None:
+        del files["flip"]
+    else:
+        write_png(files["flip"], map_colours(report.difference.flip_map, FULL_FLIP)[::-1])
+    with tempfile.TemporaryDirectory(prefix="km-reference-") as folder:
+        shown = {name: Path(folder) / f"{name}.png" for name in ("picture", "reference")}
+        _as_seen(scene, picture, shown["picture"])
+        _as_seen(scene, reference, shown["reference"])
+        mean = report.difference.delta_e.mean
+        rows = [
+            ("Picture", shown["picture"]),
+            ("Cycles", shown["reference"]),
+            (f"ΔE2000, mean {mean:.2f}, white {FULL_DELTA_E:g}", files["delta_e"]),
+        ]
+        if "flip" in files and report.difference.flip:
+            rows.append((f"FLIP, mean {report.difference.flip.mean:.3f}, white {FULL_FLIP:g}", files["flip"]))
+        contact_sheet(rows, files["comparison"], len(rows))
+    found = ReferenceReport(files, report.difference, report.grain, report.white, report.seconds)
+    write_text(files["difference"], json.dumps(found.plain(), indent=1) + "\n")
+    return found
+
+
+def _as_seen(scene: bpy.types.Scene, pixels: NDArray[np.float32], file: Path) -> None:
+    """A PNG of linear pixels under the scene's view settings."""
+    height, width = pixels.shape[:2]
+    image = bpy.data.images.new("KM Reference", width, height, alpha=False, float_buffer=True)
+    rgba = np.ones((height, width, 4), np.float32)
+    rgba[..., :3] = pixels[::-1, :, :3]
+    settings = Restoring()
+    for name, value in (("media_type", "IMAGE"), ("file_format", "PNG"), ("color_mode", "RGB"), ("color_depth", "8")):
+        settings.set(scene.render.image_settings, name, value)
+    try:
+        image.pixels.foreach_set(rgba.reshape(-1))
+        image.update()
+        image.save_render(str(file), scene=scene)
+    finally:
+        settings.restore()
+        bpy.data.images.remove(image)
