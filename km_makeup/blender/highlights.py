@@ -15,7 +15,7 @@ from ..makeup.finish import Finish, covered, dimming, distinct, merged, two_lobe
 from ..optics import HighlightRule
 from ..products import Product
 from ..spectra import Bands
-from .lamps import Lamps, lamps_of
+from .lamps import LampLight, Lamps, lamps_of
 from .lobes import Highlights, Shown
 from .nodes.weights import FilmHighlight
 from .shaders import PRINCIPLED, outputs_of, shader_nodes
@@ -29,7 +29,7 @@ def film_highlights(
 ) -> list[FilmHighlight]:
     """What each planned film does to highlights, bottom to top."""
     kinds = _kinds(products)[1]
-    paper = HighlightRule[obj.km_makeup.highlight_rule] is HighlightRule.PAPER
+    paper = by_maps(obj, plan)
     return [
         FilmHighlight(
             image=layer.map,
@@ -51,7 +51,7 @@ def finishes_of(products: Sequence[Product]) -> tuple[Finish, ...]:
 
 def by_maps(obj: bpy.types.Object, plan: Plan) -> bool:
     """Whether highlights need the painted maps even over baked textures: the paper dims by every film's transmittance."""
-    return plan.finish.on and HighlightRule[obj.km_makeup.highlight_rule] is HighlightRule.PAPER
+    return plan.lamp_highlights.on and HighlightRule[obj.km_makeup.highlight_rule] is HighlightRule.PAPER
 
 
 def highlights_of(
@@ -65,15 +65,8 @@ def highlights_of(
     known = [merged(finishes, np.maximum(seen, 1e-6))] if joint and finishes else list(finishes)
     shares = [float(seen.sum())] if joint and finishes else [float(share) for share in seen]
     on_top = two_lobes([_skin_roughness(obj), *(one.roughness for one in known)], [1.0, *shares])[1]
-    lamps = None
-    if plan.lamp_highlights.on:
-        chosen = lamps_for(obj, scene).chosen
-        lamps = partial(_lamps_group, chosen, makeup.highlight_shadows, world_shines(scene))
-    return Highlights(None if joint else finishes, on_top, Shown[makeup.highlight_shown], lamps)
-
-
-def _lamps_group(chosen: Sequence[bpy.types.Object], shadows: bool, world: bool, lobes: int) -> bpy.types.NodeTree:
-    return highlights_group(chosen, lobes, shadows, world)
+    lamps = LampLight(lamps_for(obj, scene).chosen, makeup.highlight_shadows, world_shines(scene))
+    return Highlights(len(known), on_top, Shown[makeup.highlight_shown], lamps if plan.lamp_highlights.on else None)
 
 
 def lamps_for(obj: bpy.types.Object, scene: bpy.types.Scene) -> Lamps:

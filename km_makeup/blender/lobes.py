@@ -20,7 +20,7 @@ import bpy
 from .lamps import LampLight
 from .nodes.copying import copy_node
 from .nodes.expression import Colour, Scalar, Tree
-from .nodes.weights import LEAST, SHARE, f0_name, roughness_name, weight_name
+from .nodes.weights import LEAST, SHARE, dimmed_name, f0_name, roughness_name, weight_name
 
 
 class Shown(Enum):
@@ -57,7 +57,7 @@ class Highlights:
 class _Lobe:
     """One finish on a shader: how much of it is seen, its roughness and F0; F0 is 0 where it is not to shine."""
 
-    weight: Scalar | Colour
+    weight: Scalar
     roughness: Scalar
     f0: Scalar | float
     number: int
@@ -73,7 +73,7 @@ def lay_highlights(
     """
     lobes = _lobes_of(tree, node, group, highlights)
     if highlights.lamps is not None and not several:
-        _paper(tree, node, lobes, highlights)
+        _paper(tree, node, group, lobes, highlights)
         return [node]
     share = Scalar(tree, group.outputs[SHARE])
     if several:
@@ -95,19 +95,9 @@ def _lobes_of(tree: Tree, node: bpy.types.Node, group: bpy.types.Node, highlight
     for k in range(1, highlights.finishes + 1):
         found.append((Scalar(tree, group.outputs[roughness_name(k)]), Scalar(tree, group.outputs[f0_name(k)])))
     return [
-        _Lobe(_weight(tree, group, k), roughness, f0 if highlights.shows(k) else 0.0, k)
+        _Lobe(Scalar(tree, group.outputs[weight_name(k)]), roughness, f0 if highlights.shows(k) else 0.0, k)
         for k, (roughness, f0) in enumerate(found)
     ]
-
-
-def _weight(tree: Tree, group: bpy.types.Node, number: int) -> Scalar | Colour:
-    socket = group.outputs[weight_name(number)]
-    return Scalar(tree, socket) if socket.type == "VALUE" else Colour(tree, socket)
-
-
-def _grey(weight: Scalar | Colour) -> Scalar:
-    """A weight as one number: glossy lobes take no colour from the films above."""
-    return weight if isinstance(weight, Scalar) else weight.dot(weight.tree.colour((1 / 3,) * 3))
 
 
 def _full_f0(tree: Tree, node: bpy.types.Node) -> Scalar:
@@ -124,7 +114,7 @@ def _variance(lobe: _Lobe) -> Scalar:
 
 def _joint(lobes: Sequence[_Lobe]) -> tuple[Scalar, Scalar, Scalar]:
     """Weight of lobes together, and sums of slope variance and F0 by their weights."""
-    weights = [_grey(lobe.weight) for lobe in lobes]
+    weights = [lobe.weight for lobe in lobes]
     return (
         _sum(weights),
         _sum([weight * _variance(lobe) for weight, lobe in zip(weights, lobes)]),
@@ -167,16 +157,15 @@ def _copies(tree: Tree, node: bpy.types.Node, lobes: Sequence[_Lobe]) -> list[bp
     shaders = [node, *(copy_node(node) for _ in lobes[1:])]
     if lobes[0].f0 == 0.0:
         _set(tree, node.inputs["Specular IOR Level"], 0.0)
-    below, seen = node.outputs[0], _grey(lobes[0].weight)
+    below, seen = node.outputs[0], lobes[0].weight
     for step, (shader, lobe) in enumerate(zip(shaders[1:], lobes[1:]), 1):
         shader.location = (node.location.x, node.location.y - 400 * step)
         _set(tree, shader.inputs["Roughness"], lobe.roughness)
         _set(tree, shader.inputs["Specular IOR Level"], lobe.f0 / full if lobe.f0 != 0.0 else 0.0)
         _set(tree, shader.inputs["Coat Weight"], 0.0)
-        weight = _grey(lobe.weight)
-        seen = seen + weight
+        seen = seen + lobe.weight
         mix = tree.node("ShaderNodeMixShader", location=(node.location.x + 200 * step, node.location.y))
-        tree.feed(mix.inputs[0], weight / seen.maximum(LEAST))
+        tree.feed(mix.inputs[0], lobe.weight / seen.maximum(LEAST))
         tree.tree.links.new(below, mix.inputs[1])
         tree.tree.links.new(shader.outputs[0], mix.inputs[2])
         below = mix.outputs[0]
@@ -185,15 +174,18 @@ def _copies(tree: Tree, node: bpy.types.Node, lobes: Sequence[_Lobe]) -> list[bp
     return shaders
 
 
-def _paper(tree: Tree, node: bpy.types.Node, lobes: Sequence[_Lobe], highlights: Highlights) -> None:
+def _paper(
+    tree: Tree, node: bpy.types.Node, makeup: bpy.types.Node, lobes: Sequence[_Lobe], highlights: Highlights
+) -> None:
     """No lobe of the shader's own, and the light of the paper's added to it."""
     assert highlights.lamps is not None
     shining = [lobe for lobe in lobes if highlights.shows(lobe.number)]
     targets = [link.to_socket for link in node.outputs[0].links]
     inputs: dict[str, Scalar | Colour | float] = {}
     for place, lobe in enumerate(shining, 1):
+        dimmed = dimmed_name(lobe.number)
         inputs |= {
-            f"Weight {place}": lobe.weight,
+            f"Weight {place}": Colour(tree, makeup.outputs[dimmed]) if dimmed in makeup.outputs else lobe.weight,
             f"Roughness {place}": lobe.roughness * lobe.roughness,
             f"F0 {place}": lobe.f0,
         }

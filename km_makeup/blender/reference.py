@@ -81,8 +81,11 @@ class ReferenceRun:
     """
 
     def __init__(self, scene: bpy.types.Scene, obj: bpy.types.Object, samples: int = SAMPLES, seed: int = 0) -> None:
-        if scene.render.engine == "CYCLES":
-            raise MakeupError("The scene renders in Cycles, which is the reference itself; set the engine to EEVEE first.")
+        engine: str = scene.render.engine
+        if engine == "CYCLES":
+            raise MakeupError(
+                "The scene renders in Cycles, which is the reference itself; set the engine to EEVEE first."
+            )
         if scene.camera is None:
             raise MakeupError(f"The scene {scene.name!r} has no camera; add one.")
         self.scene, self.obj, self.samples, self.seed = scene, obj, samples, seed
@@ -234,7 +237,12 @@ def _towards(lamp: bpy.types.Object, place: Vector) -> Vector:
 def _rendered(scene: bpy.types.Scene) -> NDArray[np.float32]:
     """The picture that was just rendered, linear, (height, width, 4), top row first."""
     settings = Restoring()
-    for name, value in (("media_type", "IMAGE"), ("file_format", "OPEN_EXR"), ("color_depth", "32"), ("color_mode", "RGBA")):
+    for name, value in (
+        ("media_type", "IMAGE"),
+        ("file_format", "OPEN_EXR"),
+        ("color_depth", "32"),
+        ("color_mode", "RGBA"),
+    ):
         settings.set(scene.render.image_settings, name, value)
     try:
         with tempfile.TemporaryDirectory(prefix="km-reference-") as folder:

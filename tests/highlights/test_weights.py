@@ -66,7 +66,8 @@ def outputs_seen(group: bpy.types.NodeTree, names: list[str], obj: bpy.types.Obj
 @pytest.mark.parametrize("rule", list(HighlightRule))
 def test_weights_are_the_rule_from_the_bottom_up(rule: HighlightRule, tmp_path: Path) -> None:
     """Against `optics.lay_highlights` with one finish shining at a time."""
-    obj = made_up(tmp_path, highlight_rule=rule.name)
+    lit.lamp("SUN", (0, 0, 2))
+    obj = made_up(tmp_path, highlight="LAMPS", highlight_rule=rule.name)
     space = bands("D65", "Linear Rec.709")
     cover, passed = [], []
     for product_id, um, byte in LAYERS:
@@ -77,7 +78,7 @@ def test_weights_are_the_rule_from_the_bottom_up(rule: HighlightRule, tmp_path: 
         at = np.sqrt(value) * 255
         place = np.round(np.arange(32) * 255 / 31)
         passed.append(np.array([np.interp(at, place, stops[:, i]) for i in range(3)]))
-    names = ["Share", *(f"Weight {k}" for k in range(4))]
+    names = ["Share", *(f"{'Weight' if rule is HighlightRule.COVERAGE else 'Dimmed'} {k}" for k in range(4))]
     share, *weights = outputs_seen(group_of(obj), names, obj, tmp_path)
     assert share == pytest.approx(np.prod([1 - c for c in cover]) * np.ones(3), rel=1e-3)
     for k, weight in enumerate(weights):
@@ -93,8 +94,9 @@ def test_cycles_gets_a_lobe_for_each_finish_and_eevee_two(tmp_path: Path) -> Non
     tree = obj.material_slots[0].material.node_tree
     ends = {n.target: n for n in tree.nodes if n.bl_idname == "ShaderNodeOutputMaterial"}
     cycles, eevee = (_shaders(ends[target].inputs["Surface"]) for target in ("CYCLES", "EEVEE"))
-    roughness = sorted({round(n.inputs["Roughness"].default_value, 3) for n in cycles})
-    assert roughness == [0.35, 0.45, 0.5, 0.7]
+    rough = [n.inputs["Roughness"] for n in cycles]
+    told = {s.links[0].from_socket.name if s.is_linked else round(s.default_value, 3) for s in rough}
+    assert told == {0.45, "Roughness 1", "Roughness 2", "Roughness 3"}
     assert len(cycles) == 8
     assert len(eevee) == 1
     (shader,) = eevee
@@ -111,6 +113,20 @@ def test_a_coat_of_the_skins_own_leaves_eevee_one_joint_lobe(tmp_path: Path) -> 
     (shader,) = _shaders(end.inputs["Surface"])
     assert shader.inputs["Coat Weight"].is_linked
     assert not shader.inputs["Coat Roughness"].is_linked
+
+
+def test_another_finish_is_set_in_the_nodes_that_are_there(tmp_path: Path) -> None:
+    obj = made_up(tmp_path)
+    group, material = group_of(obj), obj.material_slots[0].material
+    layer = obj.km_makeup.layers[0]
+    layer.own_finish, layer.roughness, layer.f0, layer.thickness_um = True, 0.62, 0.05, 9.0
+    assert obj.material_slots[0].material == material
+    assert group_of(obj) == group
+    found = outputs_seen(group, ["Roughness 1", "F0 1", "Weight 0"], obj, tmp_path)
+    assert found[0] == pytest.approx(np.full(3, 0.62), rel=1e-3)
+    assert found[1] == pytest.approx(np.full(3, 0.05), rel=1e-3)
+    powder = 128 / 255 * (1 - np.exp(-5 / 5))
+    assert found[2] == pytest.approx(np.full(3, np.exp(-9 / 5) * (1 - powder) * np.exp(-4 / 5)), rel=2e-3)
 
 
 def _shaders(socket: bpy.types.NodeSocket) -> list[bpy.types.Node]:

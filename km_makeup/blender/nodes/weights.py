@@ -48,6 +48,11 @@ def weight_name(number: int) -> str:
     return f"Weight {number}"
 
 
+def dimmed_name(number: int) -> str:
+    """Output of a makeup group with the same by the paper's rule, a colour."""
+    return f"Dimmed {number}"
+
+
 def roughness_name(number: int) -> str:
     """Output of a makeup group with the roughness of a finish of the films, numbered from 1."""
     return f"Roughness {number}"
@@ -91,23 +96,23 @@ def output_weights(
 ) -> None:
     """Outputs Share, Weight 0.., and roughness and F0 of each finish, for films bottom to top with their painted values.
 
-    With coverage the weights add to 1; by the paper's rule each is a colour, and they do not.
+    The weights add to 1. By the paper's rule there are Dimmed 0.. as well, colours, which do not.
     """
-    paper = any(film.passed is not None for film in films)
     share: Scalar = tree.scalar(1.0)
-    weights: dict[int, Colour | Scalar] = {0: tree.colour((1.0, 1.0, 1.0)) if paper else share}
+    weights: dict[int, Scalar] = {0: share}
+    dimmed: dict[int, Colour] = {0: tree.colour((1.0, 1.0, 1.0))} if any(f.passed is not None for f in films) else {}
     for number, (film, value) in enumerate(zip(films, values), 1):
         covered = _covered(film, value, number)
         kept = 1.0 - covered
         share = share * kept
-        if film.passed is None:
-            weights = {k: share if k == 0 else weight * kept for k, weight in weights.items()}
-        else:
-            passed = ramp(tree, value.clamped().sqrt(), film.passed, f"Dim {number}")
-            weights = {k: weight * passed for k, weight in weights.items()}
-        own = tree.colour((1.0, 1.0, 1.0)).scaled(covered) if paper else covered
+        weights = {k: share if k == 0 else weight * kept for k, weight in weights.items()}
         below = weights.get(film.kind + 1)
-        weights[film.kind + 1] = own if below is None else below + own
+        weights[film.kind + 1] = covered if below is None else below + covered
+        if film.passed is not None:
+            passed = ramp(tree, value.clamped().sqrt(), film.passed, f"Dim {number}")
+            dimmed = {k: weight * passed for k, weight in dimmed.items()}
+            own = tree.colour((1.0, 1.0, 1.0)).scaled(covered)
+            dimmed[film.kind + 1] = dimmed[film.kind + 1] + own if film.kind + 1 in dimmed else own
     tree.output(SHARE, share, "Part of the surface where no film covers the skin's own, 0..1")
     tree.output(weight_name(0), weights[0], "How much is seen of the skin's own finish")
     for k, finish in enumerate(finishes, 1):
@@ -115,6 +120,8 @@ def output_weights(
         roughness, f0 = (tree.scalar(number) for number in finish)
         tree.output(roughness_name(k), named(roughness, roughness_name(k)), "Its roughness, 0..1")
         tree.output(f0_name(k), named(f0, f0_name(k)), "Its reflectance at normal incidence, 0..1")
+    for k, weight in sorted(dimmed.items()):
+        tree.output(dimmed_name(k), weight, f"How much is seen of finish {k} by the paper's rule, by channel")
 
 
 def retune_weights(tree: bpy.types.NodeTree, films: Sequence[FilmHighlight], finishes: Sequence[Finish]) -> None:
