@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 OK, BROKEN, BAD_INPUT, PARTIAL = 0, 1, 2, 3
 
 EXAMPLES = {
-    "render": "example:\n  km_makeup render head.obj --skin albedo.png --layer lipstick-classic-red=lips.png@15um --out face.png",
+    "render": "example:\n  km_makeup render head.obj --skin albedo.png --layer lipstick-classic-red=lips.png@15um --out face.png\n"
+    "  km_makeup render head.blend --look look.json --view front,close-up --reference 512 --out pictures",
     "bake": "example:\n  km_makeup bake head.blend --look look.json --resolution 4096 --out textures",
     "doctor": "example:\n  km_makeup doctor",
 }
@@ -96,6 +97,10 @@ def _render_parser(sub: argparse.ArgumentParser) -> None:
         "--view", default="front", help="front, three-quarter, close-up or a camera's name; several with commas"
     )
     sub.add_argument("--bare", action="store_true", help="render without makeup")
+    sub.add_argument(
+        "--reference", nargs="?", type=int, const=256, default=0, metavar="SAMPLES",
+        help="also path trace each view in Cycles (default: 256 samples) and write the difference beside it",
+    )  # fmt: skip
     sub.add_argument("--out", default="makeup.png", help=".png or .exr, or a folder when there are several views")
     sub.add_argument("--save", help="also save the scene as this .blend")
 
@@ -218,6 +223,8 @@ def _render(options: argparse.Namespace) -> int:
         raise MakeupError(f"--out {options.out} is one picture, but there are {len(views)} views; give a folder.")
     if save and save.suffix.lower() != ".blend":
         raise MakeupError(f"--save {options.save}: scenes are saved as .blend; choose this suffix.")
+    if options.reference and options.engine == "cycles":
+        raise MakeupError("--reference compares with Cycles; use it with --engine eevee.")
     head = _head(options)
     _not_over_an_input(out, head)
     job = RenderJob(
@@ -230,6 +237,7 @@ def _render(options: argparse.Namespace) -> int:
         seed=_between(options.seed, "--seed", 0, 2**31 - 1),
         targets={views[0]: out} if len(views) == 1 and out.suffix else {v: out / f"{v}.png" for v in views},
         save=save,
+        reference_samples=_between(options.reference, "--reference", 0, 2**24),
     )
     with _blender_aside(options.json):
         from .blender.commands import run_render
@@ -239,7 +247,8 @@ def _render(options: argparse.Namespace) -> int:
         print(f"km_makeup: view {view}: {problem}", file=sys.stderr)
     if options.json:
         pictures = [{"view": v, "file": str(p), "seconds": round(s, 3)} for v, p, s in result.pictures]
-        print(json.dumps({"pictures": pictures, "failed": result.failed}))
+        compared = {"differences": result.differences} if result.differences else {}
+        print(json.dumps({"pictures": pictures, "failed": result.failed, **compared}))
     if not result.failed:
         return OK
     return PARTIAL if result.pictures else BAD_INPUT

@@ -35,14 +35,17 @@ class RenderJob:
     seed: int
     targets: Mapping[str, Path]
     save: Path | None = None
+    reference_samples: int = 0
+    """Samples of a path traced picture beside each, with the difference; 0 for none."""
 
 
 @dataclass(frozen=True)
 class RenderResult:
-    """Pictures as (view, file, seconds), and what went wrong by view."""
+    """Pictures as (view, file, seconds), what went wrong by view, and by view the difference from the reference."""
 
     pictures: list[tuple[str, Path, float]]
     failed: dict[str, str]
+    differences: Mapping[str, Mapping[str, object]]
 
 
 @dataclass(frozen=True)

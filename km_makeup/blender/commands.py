@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 import bpy
@@ -14,6 +15,7 @@ from ..files import ensure_folder, replacing
 from ..jobs import BakeJob, HeadJob, RenderJob, RenderResult
 from . import baking, looks, makeup, register, rendering, studio
 from .doctor import Finding, examine
+from .reference import make_reference
 from .update import paused
 
 log = logging.getLogger("km_makeup")
@@ -46,13 +48,15 @@ def run_render(job: RenderJob) -> RenderResult:
     obj = _prepare(job.head, job.bare)
     cameras, failed = _cameras(obj, list(job.targets))
     _colour(obj, job)
-    pictures = []
+    pictures, differences = [], {}
     for view, camera in cameras.items():
         target = job.targets[view]
         try:
             log.info("render: %s, %s, %dx%d, %d samples", view, job.engine, *job.size, job.samples)
             shot = rendering.Shot(camera, Engine[job.engine.upper()], job.size, job.samples, job.seed, target)
             seconds = rendering.render(bpy.context.scene, shot)
+            if job.reference_samples:
+                differences[view] = _compare(obj, job, view, target)
         except MakeupError as error:
             if len(job.targets) == 1:
                 raise
@@ -62,7 +66,15 @@ def run_render(job: RenderJob) -> RenderResult:
         pictures.append((view, target, seconds))
     if job.save:
         _save(job.save)
-    return RenderResult(pictures, failed)
+    return RenderResult(pictures, failed, differences)
+
+
+def _compare(obj: bpy.types.Object, job: RenderJob, view: str, target: Path) -> Mapping[str, object]:
+    """Path trace the view that was just rendered, and write the difference beside it."""
+    log.info("reference: %s, cycles, %d samples", view, job.reference_samples)
+    report = make_reference(bpy.context.scene, obj, target, job.reference_samples, job.seed)
+    log.info("%s: %s", view, report)
+    return report.plain()
 
 
 def _cameras(obj: bpy.types.Object, views: list[str]) -> tuple[dict[str, bpy.types.Object], dict[str, str]]:

@@ -1,6 +1,6 @@
 """The same picture path traced in Cycles, and how far the picture is from it.
 
-Four renders: the scene as it is, a mask of the head, and Cycles twice with half the samples and different seeds. The
+Four renders: a mask of the head, the scene as it is, and Cycles twice with half the samples and different seeds. The
 mean of the two is the reference; what they differ by is its grain. Every setting that is changed is put back.
 """
 
@@ -33,21 +33,24 @@ FULL_DELTA_E, FULL_FLIP = 10.0, 0.5
 
 
 class Restoring:
-    """Properties changed for a while: `set` remembers what was there, `restore` puts it back, last change first."""
+    """Properties changed for a while: `set` remembers what was there, `restore` puts it back.
+
+    In the order of the changes, since a depth of colour exists only in the file format that was there.
+    """
 
     def __init__(self) -> None:
-        self._kept: list[tuple[object, str, object]] = []
+        self._kept: dict[tuple[int, str], tuple[bpy.types.bpy_struct, str, object]] = {}
 
-    def set(self, owner: object, name: str, value: object) -> None:
+    def set(self, owner: bpy.types.bpy_struct, name: str, value: object) -> None:
         """Change a property of a Blender object."""
-        self._kept.append((owner, name, getattr(owner, name)))
+        self._kept.setdefault((owner.as_pointer(), name), (owner, name, getattr(owner, name)))
         setattr(owner, name, value)
 
     def restore(self) -> None:
         """Everything as it was."""
-        while self._kept:
-            owner, name, value = self._kept.pop()
+        for owner, name, value in self._kept.values():
             setattr(owner, name, value)
+        self._kept.clear()
 
 
 @dataclass(frozen=True)
@@ -94,12 +97,17 @@ class ReferenceRun:
         self._settings, self._started = Restoring(), 0.0
         self._rebuilt = False
         self._stages: list[tuple[str, Callable[[], None]]] = [
-            ("picture", lambda: None),
             ("mask", self._prepare_mask),
+            ("picture", lambda: None),
             ("reference", lambda: self._prepare_cycles(seed)),
             ("again", lambda: self._prepare_cycles(seed + 1)),
         ]
         self.count, self.current = len(self._stages), ""
+
+    @property
+    def left(self) -> int:
+        """How many renders there are to come after this one."""
+        return len(self._stages)
 
     def prepare(self) -> bool:
         """Set the scene up for the next render; False when all are made."""
@@ -115,6 +123,10 @@ class ReferenceRun:
         """Take the picture that was just rendered."""
         self.seconds[self.current] = time.perf_counter() - self._started
         self.pictures[self.current] = _rendered(self.scene)
+        if self.current == "mask" and self.pictures["mask"][..., 3].max() <= 0.5:
+            raise MakeupError(
+                f"{self.obj.name!r} is not in the picture of the camera {self.scene.camera.name!r}; aim it at the head."
+            )
 
     def restore(self) -> None:
         """The scene as it was."""

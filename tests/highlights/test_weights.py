@@ -107,7 +107,7 @@ def test_cycles_gets_a_lobe_for_each_finish_and_eevee_two(tmp_path: Path) -> Non
 def test_a_coat_of_the_skins_own_leaves_eevee_one_joint_lobe(tmp_path: Path) -> None:
     obj = made_up(tmp_path)
     scenes.principled_of(obj.km_makeup.slots[0].original).inputs["Coat Weight"].default_value = 0.4
-    makeup.refresh(obj)
+    makeup.refresh(obj, anew=True)
     tree = obj.material_slots[0].material.node_tree
     end = next(n for n in tree.nodes if n.bl_idname == "ShaderNodeOutputMaterial" and n.target == "EEVEE")
     (shader,) = _shaders(end.inputs["Surface"])
@@ -117,9 +117,10 @@ def test_a_coat_of_the_skins_own_leaves_eevee_one_joint_lobe(tmp_path: Path) -> 
 
 def test_another_finish_is_set_in_the_nodes_that_are_there(tmp_path: Path) -> None:
     obj = made_up(tmp_path)
-    group, material = group_of(obj), obj.material_slots[0].material
     layer = obj.km_makeup.layers[0]
-    layer.own_finish, layer.roughness, layer.f0, layer.thickness_um = True, 0.62, 0.05, 9.0
+    layer.own_finish, layer.roughness, layer.f0 = True, 0.6, 0.04
+    group, material = group_of(obj), obj.material_slots[0].material
+    layer.roughness, layer.f0, layer.thickness_um = 0.62, 0.05, 9.0
     assert obj.material_slots[0].material == material
     assert group_of(obj) == group
     found = outputs_seen(group, ["Roughness 1", "F0 1", "Weight 0"], obj, tmp_path)

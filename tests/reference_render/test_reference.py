@@ -1,0 +1,136 @@
+"""The path traced picture beside the picture: what is written, what it says, and that the scene is as it was."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+
+from km_makeup.bake.files import read_image
+from km_makeup.blender import looks
+from km_makeup.blender.reference import ReferenceRun, Restoring, make_reference, white_of
+from km_makeup.errors import MakeupError
+from km_makeup.makeup import Layer, Look
+from tests.blender import scenes
+
+pytestmark = pytest.mark.blender
+
+
+def settings() -> list[tuple[str, str, object]]:
+    """All that a reference could change, as text."""
+    scene = bpy.context.scene
+    owners = (scene.render, scene.cycles, scene.eevee, scene.render.image_settings, *scene.objects)
+    return [
+        (owner.__class__.__name__, prop.identifier, scenes._value(getattr(owner, prop.identifier)))
+        for owner in owners
+        for prop in owner.bl_rna.properties
+        if not prop.is_readonly and prop.type in {"BOOLEAN", "INT", "FLOAT", "ENUM", "STRING"} and not prop.is_runtime
+    ]
+
+
+def small_head() -> bpy.types.Object:
+    """A ball before a wall, in a diffuse skin that both engines shade alike."""
+    scenes.studio()
+    obj = scenes.head()
+    obj.data.materials.append(scenes.mixed("Matte", _diffuse))
+    wall = scenes.head("Wall", 0.3)
+    wall.location = (0, 0.5, 0)
+    wall.data.materials.append(scenes.skin("Wall"))
+    scene = bpy.context.scene
+    scene.render.engine = "BLENDER_EEVEE"
+    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 24, 24, 100
+    scene.eevee.taa_render_samples, scene.cycles.samples = 4, 77
+    return obj
+
+
+def _diffuse(tree):
+    node = tree.nodes.new("ShaderNodeBsdfDiffuse")
+    node.inputs["Color"].default_value = (0.5, 0.3, 0.2, 1)
+    return node.outputs[0]
+
+
+def test_the_same_scene_path_traced_with_its_difference_and_nothing_else_changed(tmp_path: Path) -> None:
+    obj = small_head()
+    looks.apply_look(
+        obj, Look("Half", (Layer("foundation-light", 10.0, scenes.write_map(tmp_path, "m", scenes.spots())),))
+    )
+    before, materials = settings(), scenes.file_text()
+    report = make_reference(bpy.context.scene, obj, tmp_path / "face.png", samples=64, seed=3)
+    assert settings() == before
+    assert scenes.file_text() == materials
+    assert set(report.files) == {"reference", "delta_e", "flip", "comparison", "difference"}
+    assert all(file.is_file() and file.name.startswith("face_") for file in report.files.values())
+    said = json.loads(report.files["difference"].read_text())
+    assert said["difference"]["delta_e"]["mean"] == pytest.approx(report.difference.delta_e.mean)
+    assert 150 < report.difference.pixels < 350  # the ball, not the wall behind it
+    assert 0.02 < report.grain.delta_e.mean < report.difference.delta_e.mean < 4
+    reference, _ = read_image(report.files["reference"])
+    assert reference.shape[:2] == (24, 24)
+    assert reference.dtype == np.float32
+
+
+def test_a_red_light_in_cycles_alone_would_be_seen(tmp_path: Path) -> None:
+    """The maps tell where it differs: a lamp that only Cycles shows changes the head, and the figures say so."""
+    obj = small_head()
+    run = ReferenceRun(bpy.context.scene, obj, samples=16)
+    lamp = bpy.data.objects["Key"].data
+    try:
+        while run.prepare():
+            lamp.color = (1, 0.2, 0.2) if bpy.context.scene.render.engine == "CYCLES" else (1, 1, 1)
+            bpy.ops.render.render()
+            run.collect()
+    finally:
+        run.restore()
+        lamp.color = (1, 1, 1)
+    assert run.write(tmp_path / "red.png").difference.delta_e.mean > 10
+
+
+def test_a_render_that_fails_leaves_the_scene_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
+    obj = small_head()
+    before = settings()
+    run = ReferenceRun(bpy.context.scene, obj, samples=4)
+    run.prepare()
+    run.prepare()
+    assert settings() != before
+    run.restore()
+    assert settings() == before
+
+
+def test_settings_come_back_even_when_set_twice() -> None:
+    scene = bpy.context.scene
+    scene.cycles.samples = 5
+    kept = Restoring()
+    kept.set(scene.cycles, "samples", 6)
+    kept.set(scene.cycles, "samples", 7)
+    kept.restore()
+    assert scene.cycles.samples == 5
+
+
+def test_white_is_what_a_card_before_the_key_lamp_reads() -> None:
+    obj = small_head()
+    assert white_of(bpy.context.scene, obj) == pytest.approx((2.5 / np.pi + 0.2,) * 3, rel=1e-5)
+    bpy.context.scene.world = None
+    bpy.data.objects.remove(bpy.data.objects["Key"])
+    assert white_of(bpy.context.scene, obj) == (1, 1, 1)
+
+
+@pytest.mark.parametrize(
+    ("engine", "camera", "said"), [("CYCLES", True, "is the reference"), ("BLENDER_EEVEE", False, "no camera")]
+)
+def test_what_cannot_be_compared_is_refused_in_a_sentence(engine: str, camera: bool, said: str) -> None:
+    obj = small_head()
+    bpy.context.scene.render.engine = engine
+    if not camera:
+        bpy.context.scene.camera = None
+    with pytest.raises(MakeupError, match=said):
+        ReferenceRun(bpy.context.scene, obj)
+
+
+def test_a_head_that_is_not_in_the_picture_is_said(tmp_path: Path) -> None:
+    obj = small_head()
+    obj.location.x = 5
+    with pytest.raises(MakeupError, match="not in the picture"):
+        make_reference(bpy.context.scene, obj, tmp_path / "face.png", samples=4)
