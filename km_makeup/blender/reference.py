@@ -41,10 +41,12 @@ class Restoring:
     def __init__(self) -> None:
         self._kept: dict[tuple[int, str], tuple[bpy.types.bpy_struct, str, object]] = {}
 
-    def set(self, owner: bpy.types.bpy_struct, name: str, value: object) -> None:
-        """Change a property of a Blender object."""
-        self._kept.setdefault((owner.as_pointer(), name), (owner, name, getattr(owner, name)))
-        setattr(owner, name, value)
+    def set(self, owner: bpy.types.bpy_struct, **values: object) -> None:
+        """Change properties of a Blender object; all are read before the first is changed, which may change others."""
+        for name in values:
+            self._kept.setdefault((owner.as_pointer(), name), (owner, name, getattr(owner, name)))
+        for name, value in values.items():
+            setattr(owner, name, value)
 
     def restore(self) -> None:
         """Everything as it was."""
@@ -158,32 +160,31 @@ class ReferenceRun:
         """The head alone, and what hides it: one sample of Cycles, all other objects cut out."""
         settings, scene = self._settings, self.scene
         self._plain_cycles(1, self.seed)
-        settings.set(scene.render, "film_transparent", True)
-        settings.set(scene.render, "use_compositing", False)
-        settings.set(scene.cycles, "max_bounces", 0)
+        settings.set(scene.render, film_transparent=True, use_compositing=False)
+        settings.set(scene.cycles, max_bounces=0)
         for other in scene.objects:
             if other != self.obj and not other.is_holdout:
-                settings.set(other, "is_holdout", True)
+                settings.set(other, is_holdout=True)
 
     def _prepare_cycles(self, seed: int) -> None:
         self._plain_cycles(max(1, self.samples // 2), seed)
         node = compositor.find(self.scene)
         if node is not None and not node.mute:
-            self._settings.set(node, "mute", True)  # Cycles scatters light in the skin by itself
+            self._settings.set(node, mute=True)  # Cycles scatters light in the skin by itself
 
     def _plain_cycles(self, samples: int, seed: int) -> None:
         settings, scene = self._settings, self.scene
-        settings.set(scene.render, "engine", "CYCLES")
-        for name, value in (
-            ("samples", samples),
-            ("seed", seed),
-            ("use_animated_seed", False),
-            ("use_denoising", False),
-            ("use_adaptive_sampling", False),
-            ("sample_clamp_direct", 0.0),
-            ("sample_clamp_indirect", 0.0),
-        ):
-            settings.set(scene.cycles, name, value)
+        settings.set(scene.render, engine="CYCLES")
+        settings.set(
+            scene.cycles,
+            samples=samples,
+            seed=seed,
+            use_animated_seed=False,
+            use_denoising=False,
+            use_adaptive_sampling=False,
+            sample_clamp_direct=0.0,
+            sample_clamp_indirect=0.0,
+        )
         if not self.obj.km_makeup.both_engines and self.obj.km_makeup.slots:
             self._rebuilt = True
             self._rebuild()
@@ -249,13 +250,8 @@ def _towards(lamp: bpy.types.Object, place: Vector) -> Vector:
 def _rendered(scene: bpy.types.Scene) -> NDArray[np.float32]:
     """The picture that was just rendered, linear, (height, width, 4), top row first."""
     settings = Restoring()
-    for name, value in (
-        ("media_type", "IMAGE"),
-        ("file_format", "OPEN_EXR"),
-        ("color_depth", "32"),
-        ("color_mode", "RGBA"),
-    ):
-        settings.set(scene.render.image_settings, name, value)
+    target = scene.render.image_settings
+    settings.set(target, media_type="IMAGE", file_format="OPEN_EXR", color_depth="32", color_mode="RGBA")
     try:
         with tempfile.TemporaryDirectory(prefix="km-reference-") as folder:
             file = Path(folder) / "rendered.exr"
@@ -300,8 +296,8 @@ def _as_seen(scene: bpy.types.Scene, pixels: NDArray[np.float32], file: Path) ->
     rgba = np.ones((height, width, 4), np.float32)
     rgba[..., :3] = pixels[::-1, :, :3]
     settings = Restoring()
-    for name, value in (("media_type", "IMAGE"), ("file_format", "PNG"), ("color_mode", "RGB"), ("color_depth", "8")):
-        settings.set(scene.render.image_settings, name, value)
+    target = scene.render.image_settings
+    settings.set(target, media_type="IMAGE", file_format="PNG", color_depth="8", color_mode="RGB")
     try:
         image.pixels.foreach_set(rgba.reshape(-1))
         image.update()
