@@ -9,6 +9,8 @@ from __future__ import annotations
 from enum import Enum
 
 import bpy
+from bpy_extras.view3d_utils import location_3d_to_region_2d
+from mathutils import Vector
 
 from ..errors import MakeupError
 
@@ -133,3 +135,31 @@ def show_materials(context: bpy.types.Context) -> None:
         shading = area.spaces.active.shading
         if shading.type in {"SOLID", "WIREFRAME"}:
             shading.type = "MATERIAL"
+
+
+LEAST, MOST = 0.3, 1.5
+"""Height of the object on the screen, as a share of the viewport's, outside which it is framed by Set Up."""
+
+
+def bring_into_view(context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    """Frame the object in this viewport where it is not reasonably in view; a view through a camera is left alone."""
+    region, space = context.region, context.space_data
+    if context.window is None or space is None or space.type != "VIEW_3D" or context.area is None:
+        return
+    view = space.region_3d
+    if view.view_perspective == "CAMERA":
+        return
+    window = next((one for one in context.area.regions if one.type == "WINDOW"), region)
+    height = window.height
+    corners = [location_3d_to_region_2d(window, view, obj.matrix_world @ Vector(c)) for c in obj.bound_box]
+    seen = [c for c in corners if c is not None]
+    if len(seen) == len(corners):
+        low, high = min(c.y for c in seen), max(c.y for c in seen)
+        inside = low < 0.8 * height and high > 0.2 * height
+        if inside and LEAST * height < high - low < MOST * height:
+            return
+    with context.temp_override(region=window):
+        for other in context.selected_objects:
+            other.select_set(other == obj)
+        obj.select_set(True)
+        bpy.ops.view3d.view_selected()

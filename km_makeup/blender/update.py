@@ -15,6 +15,7 @@ _paused = 0
 _step = ""
 """Name of the step of undo that waits to be pushed."""
 
+_operators = 0
 _undone = 0
 REST = 0.3
 """Seconds for which a value must not change before its step of undo is pushed."""
@@ -43,6 +44,18 @@ def paused() -> Iterator[None]:
         yield
     finally:
         _paused -= 1
+
+
+@contextlib.contextmanager
+def operator_step() -> Iterator[None]:
+    """What an operator changes inside the block is in the step of undo that Blender pushes for it, with what waits to be pushed."""
+    global _operators, _step
+    _operators += 1
+    try:
+        yield
+    finally:
+        _operators -= 1
+        _step = ""
 
 
 def layer_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
@@ -105,7 +118,7 @@ def told(obj: bpy.types.Object, build: object) -> None:
 def push_step(obj: bpy.types.Object, name: str) -> None:
     """Push a step of undo soon, where Blender itself pushes none: in the brush modes of a window."""
     global _step
-    if bpy.app.background or obj.mode not in {"TEXTURE_PAINT", "SCULPT"}:
+    if _operators or bpy.app.background or obj.mode not in {"TEXTURE_PAINT", "SCULPT"}:
         return
     _step = name
     if bpy.app.timers.is_registered(_push):

@@ -134,6 +134,8 @@ class Window:
             "DISPLAY": self.display,
             "LIBGL_ALWAYS_SOFTWARE": "1",
             "BLENDER_USER_RESOURCES": str(user_folder),
+            # Mesa's own cache is shared by every program of this user, and one that trims it ends the others by SIGBUS.
+            "MESA_SHADER_CACHE_DIR": str(user_folder / "mesa"),
         }
         self.server = self._start(
             [*self.inside, "Xvfb", self.display, "-screen", "0", "1600x900x24", "+extension", "GLX"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import bpy
 
 from ..base import MakeupPanel, active_layer, in_two_places, paragraph
+from ..layers.operators import KM_OT_exclusion_add
 from ..products import picker
 from ..set_up.panel import KM_PT_makeup
 from .operators import STROKES, KM_OT_fill, KM_OT_load_map, KM_OT_paint
@@ -24,6 +25,7 @@ class KM_PT_layer(_LayerPanel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layer, layout = active_layer(context.object), self.layout
+        layout.label(text="Product: click the swatch to choose")
         picker.draw(layout, layer, scale=3.0)
         layout.use_property_split, layout.use_property_decorate = True, False
         column = layout.column(align=True)
@@ -103,4 +105,25 @@ class KM_PT_finish(_LayerPanel):
         layout.prop(layer, "switch", text="Film")
 
 
-CLASSES = (*in_two_places(KM_PT_layer), *in_two_places(KM_PT_paint), *in_two_places(KM_PT_finish))
+class KM_PT_exclusion(_LayerPanel):
+    """A mask that keeps all makeup away from brows, lashes and nostrils"""
+
+    bl_label = "Exclusion Mask"
+    bl_options = {"DEFAULT_CLOSED"}
+    parent = KM_PT_makeup
+
+    def draw(self, context: bpy.types.Context) -> None:
+        makeup, layout = context.object.km_makeup, self.layout
+        layout.template_ID(makeup, "exclusion", new=KM_OT_exclusion_add.bl_idname, open="image.open")
+        if makeup.exclusion is None:
+            paragraph(layout, "White keeps makeup away: brows, lashes, nostrils.", "INFO")
+        else:
+            layout.prop(makeup, "paints_exclusion", text="Brush Paints on Mask", icon="BRUSH_DATA", toggle=True)
+
+
+CLASSES = (
+    *in_two_places(KM_PT_layer),
+    *in_two_places(KM_PT_paint),
+    *in_two_places(KM_PT_finish),
+    *in_two_places(KM_PT_exclusion),
+)

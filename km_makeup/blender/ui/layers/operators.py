@@ -107,14 +107,35 @@ class KM_OT_layer_move(MakeupOperator, bpy.types.Operator):
 
 
 class KM_OT_before_after(MakeupOperator, bpy.types.Operator):
-    """Show the face without makeup, or with it again"""
+    """Show the face without makeup (before) or with it (after)"""
 
     bl_idname = "km_makeup.before_after"
     bl_label = "Before / After"
     needs_setup = True
+    side: EnumProperty(
+        name="Side",
+        description="Which of the two to show",
+        items=[
+            ("TOGGLE", "The Other", "The one that is not shown now"),
+            ("BEFORE", "Before", "Show the bare skin; renders show it too"),
+            ("AFTER", "After", "Show the face with its makeup"),
+        ],
+    )
+
+    @classmethod
+    def description(cls, context: bpy.types.Context, properties: bpy.types.OperatorProperties) -> str:
+        if properties.side == "TOGGLE":
+            return cls.__doc__ or ""
+        return (
+            "Show the bare skin; renders show it too"
+            if properties.side == "BEFORE"
+            else "Show the face with its makeup"
+        )
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        obj.km_makeup.show = not obj.km_makeup.show
+        shown = not obj.km_makeup.show if self.side == "TOGGLE" else self.side == "AFTER"
+        if shown != obj.km_makeup.show:
+            obj.km_makeup.show = shown
 
 
 class KM_OT_exclusion_add(MakeupOperator, bpy.types.Operator):

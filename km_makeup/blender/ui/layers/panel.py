@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import bpy
 
-from ..base import MakeupPanel, in_two_places, paragraph
+from ..base import MakeupPanel, in_two_places
 from ..set_up.panel import KM_PT_makeup
 from .operators import (
-    KM_OT_exclusion_add,
     KM_OT_layer_add,
     KM_OT_layer_duplicate,
     KM_OT_layer_move,
@@ -69,20 +68,4 @@ class KM_PT_layers(MakeupPanel):
         column.operator(KM_OT_layer_move.bl_idname, text="", icon="TRIA_DOWN").direction = -1
 
 
-class KM_PT_exclusion(MakeupPanel):
-    """A mask that keeps all makeup away from brows, lashes and nostrils"""
-
-    bl_label = "Exclusion Mask"
-    bl_options = {"DEFAULT_CLOSED"}
-    parent = KM_PT_layers
-
-    def draw(self, context: bpy.types.Context) -> None:
-        makeup, layout = context.object.km_makeup, self.layout
-        layout.template_ID(makeup, "exclusion", new=KM_OT_exclusion_add.bl_idname, open="image.open")
-        if makeup.exclusion is None:
-            paragraph(layout, "White keeps makeup away: brows, lashes, nostrils.", "INFO")
-        else:
-            layout.prop(makeup, "paints_exclusion", text="Brush Paints on Mask", icon="BRUSH_DATA", toggle=True)
-
-
-CLASSES = (KM_UL_layers, *in_two_places(KM_PT_layers), *in_two_places(KM_PT_exclusion))
+CLASSES = (KM_UL_layers, *in_two_places(KM_PT_layers))

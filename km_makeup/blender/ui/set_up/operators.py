@@ -52,6 +52,7 @@ class KM_OT_set_up(MakeupOperator, bpy.types.Operator):
         elif obj.km_makeup.layers:
             told(obj, lambda one: makeup.refresh(one, context.scene, anew=True))
         if self.paint:
+            painting.bring_into_view(context, obj)
             painting.enter(context, obj)
             painting.take_brush(context, painting.Stroke.PAINT)
             if self.shading:

@@ -14,6 +14,8 @@ from .operators import (
     KM_OT_slot_toggle,
 )
 
+BEFORE_AFTER = "km_makeup.before_after"  # of the page Layers, which itself lies in this panel
+
 
 class KM_PT_makeup(MakeupPanel):
     """Set up, before and after, and what is wrong"""
@@ -35,8 +37,9 @@ class KM_PT_makeup(MakeupPanel):
             column.scale_y = 1.5
             column.operator(KM_OT_set_up.bl_idname, icon="BRUSH_DATA")
             return
-        text, icon = ("With Makeup", "HIDE_OFF") if makeup.show else ("Bare Skin (Before)", "HIDE_ON")
-        layout.prop(makeup, "show", text=text, icon=icon, toggle=True, invert_checkbox=False)
+        row = layout.row(align=True)
+        row.operator(BEFORE_AFTER, text="Before", depress=not makeup.show).side = "BEFORE"
+        row.operator(BEFORE_AFTER, text="After", depress=makeup.show).side = "AFTER"
         _notices(layout, context, makeup)
 
 

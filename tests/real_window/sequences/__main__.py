@@ -1,0 +1,141 @@
+"""Random sequences in a window of Blender, and fresh files beside their ends.
+
+    python -m tests.real_window.sequences --count 200 --result
+
+Example of a short run: python -m tests.real_window.sequences --count 3 --first 42
+Exit status: 0 no fault, 1 faults (they are printed), 2 bad arguments, 77 no program Blender can be had.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from tests import stamps
+from tests.real_window import installed
+from tests.real_window.window import Window
+
+HERE = Path(__file__).parent
+COVERS = [
+    "km_makeup/blender/update.py", "km_makeup/blender/painting.py", "km_makeup/blender/makeup.py",
+    "km_makeup/blender/adding.py", "km_makeup/blender/images.py", "km_makeup/blender/fitting.py",
+    "km_makeup/blender/nodes/groups.py", "km_makeup/blender/ui/layers", "km_makeup/blender/ui/layer",
+    "tests/real_window/sequences",
+]  # fmt: skip
+STALLED = 240.0
+"""Seconds without a finished sequence after which Blender counts as hung."""
+
+
+def run(folder: Path, first: int, count: int, length: int) -> tuple[list[dict], list[dict]]:
+    """Sequences FIRST .. FIRST+COUNT-1: what each did and its fault, and the comparison of each end with a fresh file."""
+    blender = installed.program()
+    user = installed.install(blender, folder)
+    environment = os.environ | {"BLENDER_USER_RESOURCES": str(user)}
+    script = [blender, "--background", "--python-exit-code", "1", "--python", str(HERE / "beside.py"), "--"]
+    made = subprocess.run(
+        [*script, "start", str(folder)], env=environment, capture_output=True, text=True, stdin=subprocess.DEVNULL
+    )
+    if made.returncode:
+        raise SystemExit(f"the start file cannot be made:\n{(made.stdout + made.stderr)[-3000:]}")
+    seed, broken = first, 0
+    while seed < first + count:
+        wanted = [str(folder), str(seed), str(first + count - seed), str(length)]
+        window = Window(blender, user, ["--enable-event-simulate", "--python", str(HERE / "inside.py"), "--", *wanted])
+        problem = _watch(window, folder / "log.jsonl")
+        seed = max((one["seed"] for one in _lines(folder / "log.jsonl")), default=seed - 1) + 1
+        if seed < first + count:
+            broken += 1
+            if broken > 3:  # not a page of memory that the machine could not bring back: a fault
+                with open(folder / "log.jsonl", "a", encoding="utf-8") as log:
+                    log.write(json.dumps({"seed": seed, "fault": problem, "actions": []}) + "\n")
+                seed, broken = seed + 1, 0
+            print(f"seed {seed}: {problem[-200:]}", file=sys.stderr)
+    _watch(
+        Window(blender, user, ["--python", str(HERE / "beside.py"), "--", "compare", str(folder)]),
+        folder / "compared.jsonl",
+    )
+    return _lines(folder / "log.jsonl"), _lines(folder / "compared.jsonl")
+
+
+def _lines(file: Path) -> list[dict]:
+    return [json.loads(line) for line in file.read_text("utf-8").splitlines()] if file.exists() else []
+
+
+def _watch(window: Window, file: Path) -> str:
+    """Wait until Blender has ended, and close its display; how it ended."""
+    last, since = -1, time.monotonic()
+    try:
+        while window.alive:
+            time.sleep(0.5)
+            done = len(_lines(file))
+            if done != last:
+                last, since = done, time.monotonic()
+            elif time.monotonic() - since > STALLED:
+                return f"Blender hung: {window.log()[-600:]}"
+        return f"Blender ended with status {window.process.returncode}: {window.log()[-1200:]}"
+    finally:
+        window.close()
+
+
+def report(log: list[dict], compared: list[dict], length: int, seconds: float) -> str:
+    faults = [one for one in log if one["fault"]]
+    apart = [one for one in compared if one["wrong"]]
+    kinds: dict[str, int] = {}
+    for one in log:
+        for action in one["actions"]:
+            kinds[action.split(" ")[0]] = kinds.get(action.split(" ")[0], 0) + 1
+    text = (
+        f"{len(log)} sequences of {length} actions in a window of Blender ({seconds:.0f} s): {len(faults)} with a fault; "
+        f"{len(compared)} ends compared with a fresh file: {len(apart)} differ, rendered pixels by "
+        f"{max((one['pixels'] for one in compared), default=0):.2g} at most.\n\n"
+        f"After each action list, nodes and every texel of every map are compared with what they have to be.\n\n"
+        "| action | times |\n| --- | --- |\n"
+    )
+    text += "".join(f"| {name} | {number} |\n" for name, number in sorted(kinds.items()))
+    for one in faults:
+        text += (
+            f"\nSeed {one['seed']}, action {len(one['actions'])}: {one['fault']}\n\n    {', '.join(one['actions'])}\n"
+        )
+    for one in apart:
+        text += f"\nSeed {one['seed']}, end: {one['wrong']}\n"
+    return text
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.real_window.sequences",
+        description="Random sequences of strokes, undo, redo and changes in a window of Blender.",
+        epilog="Example: python -m tests.real_window.sequences --count 3 --first 42",
+    )
+    parser.add_argument("--count", type=int, default=200, help="how many sequences (200)")
+    parser.add_argument("--first", type=int, default=1, help="seed of the first (1)")
+    parser.add_argument("--length", type=int, default=30, help="actions in each (30)")
+    parser.add_argument("--result", action="store_true", help="write tests/results/sequences.md")
+    arguments = parser.parse_args()
+    if min(arguments.count, arguments.length) < 1:
+        parser.error("--count and --length must be at least 1")
+    start = time.monotonic()
+    try:
+        with tempfile.TemporaryDirectory(prefix="km_makeup-sequences-") as folder:
+            log, compared = run(Path(folder), arguments.first, arguments.count, arguments.length)
+    except installed.NoBlenderError as error:
+        print(error, file=sys.stderr)
+        return 77
+    text = report(log, compared, arguments.length, time.monotonic() - start)
+    print(text)
+    if arguments.result:
+        stamps.write_markdown(
+            "sequences.md", "Random sequences of painting", f"python -m tests.real_window.sequences --count {arguments.count} --result",
+            COVERS, text,
+        )  # fmt: skip
+    return 1 if any(one["fault"] for one in log) or any(one["wrong"] for one in compared) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
