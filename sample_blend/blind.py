@@ -61,8 +61,8 @@ def main() -> int:
             if other is not None:
                 label = other.name
                 others.clear_sample()
-                head, points = others.load(other)
-                look = others.write_look(other, head, points, look, Path(folder) / other.name)
+                head = others.load(other)
+                look = others.write_look(head, look, Path(folder) / other.name)
             for state in ("bare", options.look):
                 if state != "bare":
                     looks.apply_look(head, Look.load(look))

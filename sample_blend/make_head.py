@@ -44,7 +44,8 @@ def main() -> int:
     whole = mesh.mirrored(half)
     say(f"{len(whole.vertices)} vertices, {len(whole.faces)} faces; cosmetic maps")
     arguments.out.mkdir(parents=True, exist_ok=True)
-    maps.write(atlas.make(half, 1024), arguments.out / "looks")
+    small = atlas.make(half, 1024)
+    maps.write(small, arguments.out / "looks")
     say("skin and eye pictures")
     tile = atlas.make(half, 512 if arguments.quick else 2048)
     skin, detail = textures.albedo(tile, CHROMOPHORES, textures.SKINS[arguments.skin]), textures.detail(tile)
@@ -60,6 +61,10 @@ def main() -> int:
             scene.picture("skin-albedo", skin, pictures),
             scene.picture("skin-detail", detail, pictures, colour=False),
         )
+        for other, melanin in textures.SKINS.items():
+            if other != arguments.skin and not arguments.quick:
+                image = scene.picture(f"skin-albedo-{other}", textures.albedo(small, CHROMOPHORES, melanin), pictures)
+                image.use_fake_user = True
         scene.eyes(scene.picture("eye", eye, Path(folder)), half)
         scene.hair(half)
         scene.lights()

@@ -1,4 +1,7 @@
-"""The main job: the sample head, bare and in its looks, in EEVEE and one look in Cycles, with times and a sheet."""
+"""The main job: the sample head, bare and in its looks, in EEVEE and one look in Cycles, with times and a sheet.
+
+With --lookbook all six looks, the three skins and the three lights; with --paper the figures of Huang et al. 2013 and a sheet of every product.
+"""
 
 from __future__ import annotations
 
@@ -12,9 +15,11 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 os.environ.setdefault("BLENDER_USER_RESOURCES", tempfile.mkdtemp(prefix="km_makeup-"))
 sys.path.insert(0, str(HERE.parent))
+sys.path.insert(0, str(HERE))
 
 LOOKS = ("day", "evening")
 CYCLES_LOOK = "evening"
+LOOKBOOK = ("bare", "day", "evening", "stage", "editorial", "bridal")
 
 
 def say(text: str, start: float) -> None:
@@ -27,6 +32,7 @@ def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="sample_blend/run",
         description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog="example: sample_blend/run --size 800x1000 --samples 64 --out pictures",
     )
     parser.add_argument("--out", default=str(HERE.parent / "out"), help="folder for the pictures (default: out)")
@@ -36,7 +42,14 @@ def arguments() -> argparse.Namespace:
     )
     parser.add_argument("--view", default="three-quarter", help="camera (default: three-quarter)")
     parser.add_argument("--looks", default=",".join(LOOKS), help="looks to render, with commas (default: day,evening)")
-    parser.add_argument("--readme", action="store_true", help="also write the sheet that README.md shows")
+    parser.add_argument("--readme", action="store_true", help="also write the sheets that README.md shows")
+    parser.add_argument(
+        "--lookbook", action="store_true", help="all six looks, three skins and three lights, a sheet each"
+    )
+    parser.add_argument("--paper", action="store_true", help="the paper's Figures 3 and 7 to 10, and every product")
+    parser.add_argument(
+        "--engine", choices=("eevee", "cycles"), default="cycles", help="of --lookbook and --paper (default: cycles)"
+    )
     return parser.parse_args()
 
 
@@ -46,10 +59,49 @@ def main() -> int:
     from km_makeup.errors import MakeupError
 
     try:
+        if options.paper or options.lookbook:
+            return more(options)
         return run(options)
     except MakeupError as error:
         print(f"sample_blend/run: {error}", file=sys.stderr)
         return 2
+
+
+def more(options: argparse.Namespace) -> int:
+    """The six looks, the paper's figures, or both."""
+    start = time.perf_counter()
+    import paper
+
+    from km_makeup import blender
+    from km_makeup.blender import looks, makeup, sheets
+    from km_makeup.effects import Engine
+    from km_makeup.files import ensure_folder
+    from km_makeup.makeup import Look
+
+    blender.register()
+    width, _, height = options.size.partition("x")
+    engine = Engine.CYCLES if options.engine == "cycles" else Engine.EEVEE
+    samples = options.samples * (2 if engine is Engine.CYCLES else 1)
+    stage = paper.Stage(
+        engine, (int(width), int(height)), samples, ensure_folder(Path(options.out)), lambda text: say(text, start)
+    )
+    if options.lookbook:
+        head, pictures = paper.open_sample(), []
+        for name in LOOKBOOK:
+            look = Look.load(HERE / "looks" / f"{name}.json")
+            looks.apply_look(head, look)
+            pictures.append((look.name, stage.picture(f"look-{name}", options.view)))
+        makeup.remove(head)
+        for sheet in [stage.out / "looks.png", *([HERE / "looks.png"] if options.readme else [])]:
+            sheets.contact_sheet(pictures, sheet, columns=len(pictures))
+            say(f"wrote {sheet.name}", start)
+    if options.lookbook:
+        sheets_made = [paper.skins(stage), paper.light_setups(stage)]
+        say(f"wrote {', '.join(path.name for path in sheets_made)}", start)
+    if options.paper:
+        made = paper.everything(stage)
+        say(f"wrote {', '.join(path.name for path in made)}", start)
+    return 0
 
 
 def run(options: argparse.Namespace) -> int:

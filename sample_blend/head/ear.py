@@ -62,6 +62,14 @@ def relief(q: np.ndarray) -> np.ndarray:
     return h
 
 
+def hollow(p: np.ndarray) -> np.ndarray:
+    """0..1 at points (n, 3) in mm on the ear's front: how far they lie in concha and fossae, where little light comes."""
+    q = p - CENTRE
+    flat = np.column_stack([q @ BACK, q @ UP])
+    crest = np.maximum(relief(flat * 0.8 + [1.5, 1.0]), 3.5)
+    return np.clip((crest - relief(flat) - 1.0) / 5.0, 0, 1) * (np.abs(q @ OUT - relief(flat)) < 1.5)
+
+
 def add(half: Half) -> None:
     """Append the left ear to the half head (the mirror makes the right one)."""
     n = GRID
@@ -111,4 +119,4 @@ def add(half: Half) -> None:
         previous = now
 
 
-__all__ = ["add", "relief"]
+__all__ = ["add", "hollow", "relief"]

@@ -99,10 +99,8 @@ def eyeliner(atlas: Atlas, wing_mm: float = 5.0, thick_mm: float = 1.25) -> np.n
     """A line on the roots of the upper lashes, thicker outwards, with a wing that tapers."""
     along, height, _, where = lid_frame(atlas)
     end = 1 + wing_mm / 30
-    thick = thick_mm * np.interp(along, [0.08, 0.5, 1.0, end], [0.35, 0.8, 1.15, 0.12])
-    return (
-        where * smooth(height - thick, 0.45, -0.15) * smooth(along, 0.06, 0.16) * smooth(along, end + 0.02, end - 0.06)
-    )
+    thick = thick_mm * np.interp(along, [0.08, 0.5, 1.0, end], [0.25, 0.7, 1.15, 0.1])
+    return where * smooth(height - thick, 0.6, -0.3) * smooth(along, 0.06, 0.16) * smooth(along, end + 0.02, end - 0.06)
 
 
 def _lower_smudge(atlas: Atlas, width: float) -> np.ndarray:
@@ -142,7 +140,7 @@ def brow(atlas: Atlas) -> np.ndarray:
     centre = np.interp(x, line[:, 0], line[:, 1])
     width = np.interp(x, [11, 16, 34, 56], [2.4, 3.6, 3.1, 1.0])
     body = np.exp(-0.5 * ((y - centre) / (0.52 * width)) ** 2)
-    return body * smooth(x, 10.0, 18) * smooth(x, 57, 49) * smooth(z, 40, 50)
+    return body * smooth(x, 9.5, 22) * smooth(x, 57, 49) * smooth(z, 40, 50)
 
 
 def contour(atlas: Atlas) -> np.ndarray:
@@ -157,9 +155,9 @@ def contour(atlas: Atlas) -> np.ndarray:
 def cheek(atlas: Atlas) -> np.ndarray:
     """The apple of the cheek, brushed up along the cheekbone towards the temple; no edge anywhere."""
     apple = blob(atlas, (40, -27, 76), (12, 9.5, 14))
-    sweep = blob(atlas, (53, -17, 59), (10, 8, 14))
-    out = blob(atlas, (62, -8, 42), (8, 7, 12))
-    return np.clip(0.85 * apple + 0.75 * sweep + 0.35 * out, 0, 1)
+    sweep = blob(atlas, (52, -17, 62), (10, 7, 13))
+    out = blob(atlas, (62, -7, 42), (8, 6, 12))
+    return np.clip(0.55 * apple + 0.85 * sweep + 0.5 * out, 0, 1)
 
 
 def lash_line(atlas: Atlas) -> np.ndarray:

@@ -61,12 +61,13 @@ def _unit(v: np.ndarray) -> np.ndarray:
     return v / np.linalg.norm(v, axis=-1, keepdims=True)
 
 
-def scalp(count: int = 1500, points: int = 8, seed: int = 11) -> Strands:
+def scalp(count: int = 2600, points: int = 8, seed: int = 11) -> Strands:
     """What shows of the hair below the cloth: short strands from the hairline, combed up and back under it."""
     rng = np.random.default_rng(seed)
     angle = np.where(rng.random(count) < 0.6, rng.uniform(40, 84, count), rng.uniform(112, 180, count))
     side = np.where(rng.random(count) < 0.5, -1.0, 1.0)
-    depth = rng.exponential(7.0, count) - 2.5
+    depth = rng.exponential(9.0, count) - 4.0
+    fine = np.interp(depth, [-4, 4], [0.45, 1.0])  # finer and shorter where the hairline begins
     a = np.radians(angle)
     height = np.interp(angle, HAIRLINE[:, 0], HAIRLINE[:, 1]) + depth + rng.normal(0, 0.8, count)
     start = np.column_stack([side * np.sin(a) * 70, height, np.cos(a) * 85])
@@ -75,16 +76,19 @@ def scalp(count: int = 1500, points: int = 8, seed: int = 11) -> Strands:
         at = onto(root, np.zeros(count))
         root = _unit(np.column_stack([at[:, 0], start[:, 1], at[:, 2]]) - CENTRE)
     before_ear = angle < 90
-    back = np.where(before_ear, rng.normal(0.55, 0.12, count), rng.normal(0.0, 0.10, count))
+    back = np.where(before_ear, rng.normal(0.62, 0.22, count), rng.normal(0.0, 0.16, count))
     up = np.where(before_ear, 0.75, 1.0)
     way = np.column_stack([np.zeros(count), up, -back])
-    length = rng.uniform(16, 34, count)
+    length = rng.uniform(10, 30, count) * fine
     t = np.linspace(0, 1, points)
     path = at[:, None] + way[:, None] * (t[None] * length[:, None])[..., None]
     path[..., 2] -= 5.0 * (t**2)[None] * before_ear[:, None]
-    lift = rng.uniform(0.4, 1.6, (count, 1)) * (1 - np.exp(-t[None] * 6)) + 0.05
+    lift = rng.uniform(0.15, 1.5, (count, 1)) * (1 - np.exp(-t[None] * 6)) + 0.05
     p = onto(_unit(path - CENTRE).reshape(-1, 3), lift.ravel()).reshape(count, points, 3)
-    radii = np.interp(t, [0, 0.2, 1], [0.02, 0.09, 0.10])[None].repeat(count, 0) * rng.uniform(0.6, 1.3, (count, 1))
+    radii = (
+        np.interp(t, [0, 0.25, 0.6, 1], [0.02, 0.065, 0.06, 0.012])[None]
+        * (fine * rng.uniform(0.6, 1.3, count))[:, None]
+    )
     return Strands(p, radii, _unit(p - CENTRE))
 
 
@@ -92,7 +96,7 @@ def brow(seed: int = 21, count: int = 640, points: int = 6) -> Strands:
     """The left brow: short hairs, upright at its head, lying along it towards the tail."""
     rng = np.random.default_rng(seed)
     line = surface.curve(anatomy.BROW, 200)
-    s = rng.beta(1.1, 1.35, count)
+    s = rng.beta(1.35, 1.35, count)  # thin at its head
     i = (s * 199).astype(int)
     width = np.interp(s, [0, 0.12, 0.5, 1], [2.9, 4.5, 3.5, 0.8])
     root = line[i] + np.column_stack([rng.normal(0, 0.4, count), rng.normal(0, 0.42, count) * width - 0.4])
@@ -103,7 +107,7 @@ def brow(seed: int = 21, count: int = 640, points: int = 6) -> Strands:
     lean = lean + 0.15 * below
     c, sn = np.cos(lean), np.sin(lean)
     way = np.column_stack([c * tangent[:, 0] - sn * tangent[:, 1], sn * tangent[:, 0] + c * tangent[:, 1]])
-    length = np.interp(s, [0, 0.2, 0.7, 1], [5.5, 8.0, 7.5, 4.5]) * rng.uniform(0.7, 1.1, count)
+    length = np.interp(s, [0, 0.2, 0.7, 1], [4.0, 7.5, 7.5, 4.5]) * rng.uniform(0.7, 1.1, count)
     t = np.linspace(0, 1, points)
     bend = -0.35 * t**2
     xy = (
@@ -158,21 +162,21 @@ def lashes(half: Half, seed: int = 31, points: int = 8) -> Strands:
         p = root[:, None] + way[:, None] * (t * (1 - 0.22 * t))[None, :, None] * length[:, None, None]
         p[..., 1] += curl[None] * length[:, None]
         p[..., 0] += (0.55 * (heart - s) * 29)[:, None] * (t**1.5)[None]  # tips of a clump meet
-        radii = np.interp(t, [0, 0.35, 1], [0.085, 0.075, 0.008])[None].repeat(count, 0) * (1.0 if sign > 0 else 0.55)
+        radii = np.interp(t, [0, 0.35, 1], [0.105, 0.090, 0.010])[None].repeat(count, 0) * (1.0 if sign > 0 else 0.55)
         sets.append((p, radii, np.tile([[0.0, 0.35 * sign, 1.0]], (count, 1))))
     return Strands(*(np.vstack(parts) for parts in zip(*sets, strict=True)))
 
 
-def both(strands: Strands) -> Strands:
-    """Left strands and their mirror images."""
+def both(left: Strands, right: Strands) -> Strands:
+    """Left strands, and others grown on the left too, put over to the right: the sides are no mirror images."""
     flip = np.array([-1, 1, 1])
     return Strands(
         *(
-            np.concatenate([a, b])
-            for a, b in (
-                (strands.points, strands.points * flip),
-                (strands.radii, strands.radii),
-                (strands.facing, strands.facing * flip),
+            np.concatenate(pair)
+            for pair in (
+                (left.points, right.points * flip),
+                (left.radii, right.radii),
+                (left.facing, right.facing * flip),
             )
         )
     )

@@ -88,15 +88,15 @@ def _relief(nodes: _Nodes, shader, detail) -> None:
         "ShaderNodeTexNoise", Vector=where, Scale=520.0, Detail=3.0, Roughness=0.62
     )  # furrows of 0.2-2 mm
     pores = nodes.math("MULTIPLY", pit.outputs[0], split.outputs[2])
-    pores = nodes.math("MULTIPLY", pores, 0.030)
-    uneven = nodes.math("MULTIPLY", folds.outputs[0], 0.085)
+    pores = nodes.math("MULTIPLY", pores, 0.080)
+    uneven = nodes.math("MULTIPLY", folds.outputs[0], 0.165)
     uneven = nodes.math("MULTIPLY", uneven, nodes.math("MULTIPLY_ADD", split.outputs[2], 0.75, 0.25))
     creases = nodes.math("MULTIPLY", split.outputs[1], 0.4)
     height = nodes.math("ADD", nodes.math("ADD", creases, pores), uneven)
     bump = nodes.add("ShaderNodeBump", Strength=1.0, Distance=0.001, Height=height)
     nodes.feed(shader.inputs["Normal"], bump.outputs["Normal"])
     # the sheen breaks up with the relief
-    rough = nodes.math("MULTIPLY_ADD", folds.outputs[0], 0.16, nodes.math("SUBTRACT", split.outputs[0], 0.08))
+    rough = nodes.math("MULTIPLY_ADD", folds.outputs[0], 0.34, nodes.math("SUBTRACT", split.outputs[0], 0.17))
     nodes.feed(shader.inputs["Roughness"], rough)
 
 
@@ -120,7 +120,7 @@ def wet(name: str = "Cornea", roughness: float = 0.03) -> bpy.types.Material:
     nodes = _Nodes(tree)
     clear = nodes.add("ShaderNodeBsdfTransparent")
     gloss = nodes.add("ShaderNodeBsdfAnisotropic", Roughness=roughness)
-    fresnel = nodes.add("ShaderNodeFresnel", IOR=1.376)
+    fresnel = nodes.add("ShaderNodeFresnel", IOR=1.45)
     mix = nodes.add("ShaderNodeMixShader")
     for socket, value in zip(mix.inputs, (fresnel.outputs[0], clear.outputs[0], gloss.outputs[0]), strict=True):
         nodes.feed(socket, value)
@@ -138,7 +138,7 @@ def plain(name: str, colour, roughness: float, level: float = 0.35) -> bpy.types
     return material
 
 
-CLOTH = (0.36, 0.325, 0.30)
+CLOTH = (0.155, 0.185, 0.225)
 
 
 def cloth() -> bpy.types.Material:
@@ -148,13 +148,13 @@ def cloth() -> bpy.types.Material:
     where = nodes.add("ShaderNodeTexCoord").outputs["Object"]
     knit = nodes.add("ShaderNodeTexNoise", Vector=where, Scale=900.0, Detail=2.0, Roughness=0.7)
     broad = nodes.add("ShaderNodeTexNoise", Vector=where, Scale=110.0, Detail=2.0)
-    height = nodes.math("MULTIPLY_ADD", broad.outputs[0], 1.6, knit.outputs[0])
-    bump = nodes.add("ShaderNodeBump", Strength=0.8, Distance=0.0006, Height=height)
+    height = nodes.math("MULTIPLY_ADD", broad.outputs[0], 2.6, knit.outputs[0])
+    bump = nodes.add("ShaderNodeBump", Strength=1.0, Distance=0.0009, Height=height)
     nodes.feed(shader.inputs["Normal"], bump.outputs["Normal"])
     shade = nodes.add("ShaderNodeMix", Factor=knit.outputs[0])
     shade.data_type = "RGBA"
-    shade.inputs[6].default_value = (*(0.86 * c for c in CLOTH), 1)
-    shade.inputs[7].default_value = (*(1.12 * c for c in CLOTH), 1)
+    shade.inputs[6].default_value = (*(0.72 * c for c in CLOTH), 1)
+    shade.inputs[7].default_value = (*(1.24 * c for c in CLOTH), 1)
     nodes.feed(shade.inputs[0], knit.outputs[0])
     nodes.feed(shader.inputs["Base Color"], shade.outputs[2])
     shader.inputs["Roughness"].default_value = 0.9

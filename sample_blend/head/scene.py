@@ -129,9 +129,13 @@ def hair(half: Half) -> None:
     from . import wrap
 
     for name, made, material in (
-        ("Brows", grown.both(grown.brow()), materials.plain("Brow", (0.060, 0.037, 0.024), 0.7, 0.08)),
-        ("Lashes", grown.both(grown.lashes(half)), materials.plain("Lash", (0.008, 0.006, 0.005), 0.7, 0.1)),
-        ("Hair", grown.scalp(), materials.plain("Hair", (0.035, 0.019, 0.011), 0.42)),
+        ("Brows", grown.both(grown.brow(), grown.brow(22)), materials.plain("Brow", (0.060, 0.037, 0.024), 0.7, 0.08)),
+        (
+            "Lashes",
+            grown.both(grown.lashes(half), grown.lashes(half, 32)),
+            materials.plain("Lash", (0.008, 0.006, 0.005), 0.7, 0.1),
+        ),
+        ("Hair", grown.scalp(), materials.plain("Hair", (0.040, 0.024, 0.015), 0.65, 0.2)),
     ):
         points, quads = made.ribbons()
         mesh_object(name, metres(anatomy.unevenness(points)), quads).data.materials.append(material)
@@ -173,8 +177,8 @@ def lights() -> None:
     Studio, as beauty is shot: a large key high in front, a fill below it, two strips from behind at the sides.
     """
     studio = _lights("Light studio", True)
-    _area(studio, "Key", (-0.42, -1.10, 0.62), FACE, 0.60, 18.0)
-    _area(studio, "Fill", (0.45, -1.0, -0.42), FACE, 0.75, 5.5)
+    _area(studio, "Key", (-0.50, -1.12, 0.46), FACE, 0.45, 20.0)
+    _area(studio, "Fill", (0.55, -1.0, -0.25), FACE, 0.70, 3.4)
     _area(studio, "Strip left", (0.80, 0.62, 0.35), (0, 0, -0.02), 0.45, 6.0)
     _area(studio, "Strip right", (-0.80, 0.65, 0.25), (0, 0, -0.02), 0.45, 4.0)
     window = _lights("Light window", False)

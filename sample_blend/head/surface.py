@@ -64,8 +64,8 @@ def _masses(p: Points) -> np.ndarray:
     d = union(d, capsule(soft, (0, -88, 80), (8, -88, 80), 13), 12)
     q = p * np.array([0.93, 1.0, 1.0])
     d = union(d, capsule(q, (0, -72, -20), (0, -190, -36), 41, 45), 16)
-    d = union(d, ellipsoid(p, (0, -275, -36), (195, 78, 84)), 55)
-    d = union(d, capsule(soft, (20, -165, -48), (120, -212, -42), 22, 26), 40)  # trapezius
+    d = union(d, ellipsoid(p, (0, -268, -38), (195, 82, 84)), 52)
+    d = union(d, capsule(soft, (20, -168, -54), (124, -210, -44), 20, 27), 36)  # trapezius
     return d
 
 
@@ -180,9 +180,10 @@ def skin(p: Points) -> np.ndarray:
     for line, sigma, depth in _furrows():
         d = d + _groove(p, line, sigma, depth)
     d = d + _stamp(p, (0, -195, 26), (7.5, 9, 14), 5.0)  # the notch between the collarbones
-    d = d + _stamp(p, (25.4, -60.4, 85.3), (3.0, 3.0, 5.0), 2.0)  # corner of the mouth
-    d = d - _stamp(p, (31.5, -60.5, 81.5), (5.0, 6.5, 6.0), 0.5)  # the soft knot beside it
-    d = d + _stamp(p, (0.0, -92.0, 96.0), (2.6, 5.0, 6.0), 0.25)
+    d = d + _stamp(p, (25.4, -60.4, 85.3), (3.6, 3.4, 5.5), 1.5)  # corner of the mouth
+    d = d - _stamp(p, (31.5, -60.5, 81.5), (6.0, 7.0, 6.0), 0.15)  # the soft knot beside it
+    d = d - _stamp(p, (0.0, -91.0, 93.0), (10.5, 7.5, 10.0), 0.7)  # the chin's pad
+    d = d + _stamp(p, (0.0, -30.5, 117.0), (1.6, 5.0, 5.0), 0.3)  # between the domes of the tip
     return d + _stamp(p, (0.0, -77.5, 92.0), (15, 3.2, 8), 1.0)  # mentolabial fold
 
 
@@ -209,6 +210,8 @@ def _furrows() -> tuple[tuple[np.ndarray, float, np.ndarray], ...]:
     marionette = laid([(26.5, -62.5, 85), (28.5, -68, 82), (29.5, -74, 78)], 10)
     trough = laid([(17.0, -6.5, 77.5), (21, -11.5, 79.5), (28, -15.0, 79.5), (36, -16.5, 77.5)], 14)
     tear_bag = laid([(19.0, -5.5, 77), (24, -8.2, 78), (30, -9.2, 78), (36, -8.4, 76.5), (42, -5.6, 72)], 16)
+    facet = laid([(10.5, -27.5, 99), (7.5, -25.5, 104.5), (5.0, -24.0, 107)], 10)
+    triangle = laid([(5.5, -37.5, 109), (7.2, -36.6, 106.5)], 6)
     bone = laid([(36, -22, 78), (48, -19, 69), (58, -15, 52), (66, -11, 25)], 16)
     hollow = laid([(38, -44, 76), (48, -44, 62), (56, -42, 40)], 14)
     brow = laid([(14, 15, 91), (25, 17, 88.5), (38, 17.5, 82), (48, 14.5, 71), (54, 9, 61)], 16)
@@ -221,21 +224,23 @@ def _furrows() -> tuple[tuple[np.ndarray, float, np.ndarray], ...]:
     return (
         (crease, 0.8, _ends(28, 2.1)),
         (fold, 2.1, _ends(28, -1.5)),
-        (alar, 1.15, _ends(18, 1.4)),
+        (alar, 1.05, _ends(18, 2.4)),
         (laid(philtrum, 8), 2.0, np.full(8, 0.85)),
         (laid(philtrum, 8, (4.4, 0, 0)), 1.3, np.full(8, -0.6)),
-        (nasolabial, 3.2, _ends(14, 0.6)),
+        (nasolabial, 3.4, _ends(14, 0.7)),
         (marionette, 2.6, _ends(10, 0.5)),
         (trough, 2.4, _ends(14, 0.7)),
         (tear_bag, 1.9, _ends(16, -0.45)),
-        (bone, 8.0, _ends(16, -1.6)),
-        (hollow, 8.0, _ends(14, 1.5)),
+        (facet, 1.8, _ends(10, 0.55)),
+        (triangle, 1.3, _ends(6, 0.4)),
+        (bone, 7.5, _ends(16, -1.9)),
+        (hollow, 8.0, _ends(14, 1.7)),
         (brow, 4.0, _ends(16, -1.0)),
         (jaw, 5.0, _ends(18, -1.8)),
         (under_jaw, 6.0, _ends(18, 3.2)),
-        (mastoid, 5.5, np.linspace(-0.8, -4.2, 22)),
-        (throat, 6.0, _ends(8, -0.8)),
-        (clavicle, 5.5, _ends(18, -4.5)),
+        (mastoid, 4.8, np.linspace(-1.0, -6.5, 22)),
+        (throat, 6.0, _ends(8, -1.2)),
+        (clavicle, 5.0, _ends(18, -5.5)),
         (above, 9.0, _ends(14, 5.0)),
     )
 

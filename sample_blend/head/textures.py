@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import anatomy, fields, hair, pigment
+from . import anatomy, ear, fields, hair, pigment
 from .atlas import Atlas
 
 
@@ -44,6 +44,9 @@ def _cloud(atlas: Atlas, grain_mm: float, seed: int) -> np.ndarray:
     return value / value.std()
 
 
+# two small moles: place (mm), size (mm), added melanin as a share
+MOLES = (((36, -43, 80), 0.55, 3.0), ((-47, -8, 68), 0.45, 2.2), ((-22, -118, 30), 0.6, 2.5))
+
 # melanin volume fraction of the epidermis
 SKINS = {"light": 0.016, "medium": 0.055, "deep": 0.15}
 
@@ -65,13 +68,13 @@ def _blood(atlas: Atlas, seed: int) -> np.ndarray:
     blood += 0.022 * fields.eye_opening(atlas)
     blood += 0.006 * fields.smooth(z, 12, -2) * fields.smooth(x, 64, 70)  # ears
     mottle = (
-        0.055 * _cloud(atlas, 11.0, seed) + 0.07 * _cloud(atlas, 4.0, seed + 1) + 0.07 * _cloud(atlas, 1.6, seed + 2)
+        0.05 * _cloud(atlas, 11.0, seed) + 0.09 * _cloud(atlas, 4.0, seed + 1) + 0.09 * _cloud(atlas, 1.6, seed + 2)
     )
     return blood * np.exp(mottle)
 
 
 def _freckles(atlas: Atlas, seed: int, count: int = 70) -> np.ndarray:
-    """Added melanin (share) of a few soft freckles on nose, cheeks and forehead, none larger than 1.5 mm."""
+    """Added melanin (share) of a few soft freckles on nose, cheeks and forehead, none larger than 1.5 mm, and of the moles."""
     rng = np.random.default_rng(seed)
     n = atlas.size
     where = fields.blob(atlas, (16, -20, 95), (24, 11, 30)) + 0.12 * fields.blob(atlas, (20, 40, 90), (40, 25, 30))
@@ -82,10 +85,14 @@ def _freckles(atlas: Atlas, seed: int, count: int = 70) -> np.ndarray:
         replace=False,
         p=(where / where.sum()).ravel().astype(float) / (where / where.sum()).astype(float).sum(),
     )
+    sizes, depths = rng.uniform(0.25, 0.65, count), rng.uniform(0.10, 0.38, count)
+    marks = [(*divmod(int(pick), n), size, depth) for pick, size, depth in zip(picks, sizes, depths, strict=True)]
     out = np.zeros((n, n), np.float32)
-    reach = max(4, n // 100)
-    for pick, size, depth in zip(picks, rng.uniform(0.25, 0.65, count), rng.uniform(0.10, 0.38, count), strict=True):
-        i, j = divmod(int(pick), n)
+    reach = max(4, n // 80)
+    for (x, y, z), size, depth in MOLES:
+        d2 = ((atlas.position * np.dstack([atlas.side, np.ones((n, n)), np.ones((n, n))]) - [x, y, z]) ** 2).sum(-1)
+        marks.append((*np.unravel_index(d2.argmin(), d2.shape), size, depth))
+    for i, j, size, depth in marks:
         rows, columns = slice(max(0, i - reach), i + reach), slice(max(0, j - reach), j + reach)
         d2 = ((atlas.position[rows, columns] - atlas.position[i, j]) ** 2).sum(-1)
         same = atlas.side[rows, columns] == atlas.side[i, j]
@@ -99,7 +106,7 @@ def albedo(atlas: Atlas, chromophores: Path, melanin: float = SKINS["light"], se
     blood = _blood(atlas, seed)
     ring = atlas.rings["mouth"] + 0.05 * _cloud(atlas, 2.2, seed + 8)
     lips = fields.smooth(ring, 0.80, 1.20) * (0.66 + 0.34 * fields.smooth(ring, 1.05, 1.7))  # softer than any lipstick
-    blood += lips * 0.034 * (1 + 0.10 * _cloud(atlas, 1.6, seed + 10))
+    blood += lips * 0.060 * (1 + 0.10 * _cloud(atlas, 1.6, seed + 10))
     mel = np.full((n, n), melanin, np.float32)
     mel *= np.exp(
         0.05 * _cloud(atlas, 18.0, seed + 3)
@@ -112,23 +119,26 @@ def albedo(atlas: Atlas, chromophores: Path, melanin: float = SKINS["light"], se
         1 + 0.18 * fields.blob(atlas, (27, -61.5, 84), (4, 4, 6)) + 0.15 * fields.blob(atlas, (16, -39, 91), (3, 5, 6))
     )
     mel *= 1 + _freckles(atlas, seed + 6) * (1 if melanin < 0.1 else 0.4)
-    mel *= 1 + 0.55 * lips
+    mel *= 1 + 0.45 * lips
     rgb = pigment.colour_of(mel, blood, pigment.table(chromophores))
     mouth = fields.smooth(atlas.rings["mouth"], 1.80, 2.25)[..., None]
     rgb = rgb * (1 - mouth) + mouth * rgb * [0.42, 0.20, 0.18]
-    deep = fields.smooth(atlas.rings["nostril"], 1.0, 1.8)[..., None]
-    rgb = rgb * (1 - deep * [0.72, 0.85, 0.88])
+    deep = fields.smooth(atlas.rings["nostril"], 0.86, 1.35)[..., None]
+    rgb = rgb * (1 - deep * [0.78, 0.92, 0.94])
     wet = (fields.smooth(atlas.rings["eye"], 0.99, 1.08) * (atlas.position[..., 1] < 1.0))[
         ..., None
     ]  # the lower margin
     rgb = rgb * (1 - 0.35 * wet) + 0.35 * wet * np.array([0.62, 0.36, 0.31])
+    hollow = np.zeros((n, n, 1))
+    hollow[_on_ear(atlas), 0] = ear.hollow(atlas.position[_on_ear(atlas)])
+    rgb = rgb * (1 - hollow * [0.42, 0.56, 0.60])
     shade = (fields.lash_line(atlas) * 0.62)[..., None]
     rgb = rgb * (1 - shade) + shade * np.array([0.06, 0.035, 0.026])
     shade = (0.34 * fields.brow(atlas))[..., None]
     rgb = rgb * (1 - shade) + shade * np.array([0.055, 0.033, 0.022])
     inside = hair.inside_hairline(atlas.position.reshape(-1, 3)).reshape(n, n)
-    root = np.clip(fields.smooth(inside, -2, 10) * (1 + 0.4 * _cloud(atlas, 1.2, seed + 9)), 0, 1)
-    root = (0.88 * root * (atlas.rings["eye"] == 0))[..., None] * ~_on_ear(atlas)[..., None]
+    root = np.clip(fields.smooth(inside, -5, 14) * (1 + 0.4 * _cloud(atlas, 1.2, seed + 9)), 0, 1)
+    root = (0.66 * root * (atlas.rings["eye"] == 0))[..., None] * ~_on_ear(atlas)[..., None]
     rgb = rgb * (1 - root) + root * np.array([0.032, 0.019, 0.012])
     return srgb(rgb)
 
@@ -153,7 +163,7 @@ def detail(atlas: Atlas, seed: int = 40) -> np.ndarray:
     rough = (
         0.52 - 0.10 * np.clip(oily, 0, 1) - 0.04 * fields.cheek(atlas) - 0.06 * lid + 0.02 * _cloud(atlas, 5.0, seed)
     )
-    rough = rough * (1 - lips) + lips * 0.40
+    rough = rough * (1 - lips) + lips * 0.31
     wet = np.clip(fields.smooth(atlas.rings["mouth"], 1.7, 2.0) + fields.eye_opening(atlas), 0, 1)
     rough = rough * (1 - wet) + 0.2 * wet
     inside = fields.nostril_opening(atlas)
@@ -168,7 +178,7 @@ def detail(atlas: Atlas, seed: int = 40) -> np.ndarray:
         line = line / line.std()
         crease += height * np.interp(along, (np.arange(4096) - 2048) * 0.02, np.minimum(line, 0.6)).astype(np.float32)
     inner = fields.smooth(atlas.rings["mouth"], 1.0, 1.25) * (1 - 0.4 * fields.smooth(atlas.rings["mouth"], 1.5, 1.9))
-    height = 0.16 * lips * inner * crease
+    height = 0.24 * lips * inner * crease
     under = fields.blob(atlas, (31, -11, 78), (12, 4, 8))
     height += 0.05 * under * np.sin(1.3 * _cloud(atlas, 3.0, seed + 3) + (y + 0.12 * x) * 4.0)
     pores = 0.45 + 0.55 * np.clip(oily + fields.cheek(atlas), 0, 1)
@@ -191,7 +201,7 @@ def eye(size: int = 640, seed: int = 3) -> np.ndarray:
     iris = _iris(rng, r, a)
     wave = 0.10 * np.sin(7 * a + 1.0) + 0.06 * np.sin(17 * a)
     edge = fields.smooth(r + wave, anatomy.IRIS_RADIUS + 0.42, anatomy.IRIS_RADIUS - 0.42)[..., None]
-    shade = 1 - 0.45 * fields.smooth(y * anatomy.EYE_RADIUS, 1.2, 5.5)[..., None]  # the lid and its lashes over it
+    shade = 1 - 0.62 * fields.smooth(y * anatomy.EYE_RADIUS, 0.8, 5.2)[..., None]  # the lid and its lashes over it
     shade = shade * (1 - 0.18 * fields.smooth(y * anatomy.EYE_RADIUS, -3.5, -6.0)[..., None])
     return srgb((iris * edge + sclera * (1 - edge)) * shade)
 

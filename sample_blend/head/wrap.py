@@ -13,7 +13,7 @@ from . import surface
 from .hair import CENTRE, onto
 
 # from the nape over the left ear, up across the forehead, over to the right and back
-LOWER = np.array([(-12, -52, -70), (30, -44, -60), (58, -24, -36), (72, 2, -12), (70, 13, 14), (65, 22, 36),
+LOWER = np.array([(-12, -52, -70), (30, -44, -60), (58, -24, -36), (72, 8, -12), (70, 13, 14), (65, 22, 36),
                   (56, 34, 58), (42, 47, 74), (24, 57, 83), (4, 65, 86), (-18, 78, 78), (-40, 98, 50), (-50, 106, 14),
                   (-42, 100, -40), (-14, 70, -86)], float)  # fmt: skip
 UPPER = np.array([(-10, 0, -92), (36, 6, -82), (60, 40, -48), (66, 72, -14), (62, 86, 8), (54, 95, 26),
@@ -68,9 +68,9 @@ def _band(rng: np.random.Generator, lift: float, along: int = 170, across: int =
     direction = _unit(low[:, None] * (1 - bent[..., None]) + high[:, None] * bent[..., None])
     count = 5.0
     phase = count * (s**0.92) + 0.55 * _waves(rng, t, 0.4 * s, 4, 0.4, 1.5) * s * (1 - 0.4 * s)
-    depth = 3.2 * (0.75 + 0.3 * _waves(rng, t, s, 3, 0.5, 2.5)) * np.clip(s / 0.12, 0, 1)
-    creases = 0.45 * _waves(rng, t * 1.0 + 0.35 * s, s, 5, 4.0, 9.0) * np.sin(np.pi * s)
-    hem = 4.2 * np.sqrt(np.clip(1 - (1 - np.minimum(s / 0.055, 1)) ** 2, 0, 1))
+    depth = 4.0 * (0.75 + 0.3 * _waves(rng, t, s, 3, 0.5, 2.5)) * np.clip(s / 0.12, 0, 1)
+    creases = 0.8 * _waves(rng, t * 1.0 + 0.35 * s, s, 5, 4.0, 9.0) * np.sin(np.pi * s)
+    hem = 5.2 * np.sqrt(np.clip(1 - (1 - np.minimum(s / 0.055, 1)) ** 2, 0, 1))
     tuck = np.clip((1 - s) / 0.10, 0, 1) ** 0.6
     height = (0.2 + hem + lift * np.clip(s / 0.1, 0, 1) + depth * _pleat(phase) + creases) * tuck + 1.5 * (s > 0.5) * (
         1 - tuck

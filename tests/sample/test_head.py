@@ -13,7 +13,7 @@ SAMPLE = Path(__file__).resolve().parents[2] / "sample_blend"
 CHROMOPHORES = SAMPLE.parents[1] / "shared" / "spectra" / "chromophores"
 sys.path.insert(0, str(SAMPLE))
 
-from head import anatomy, atlas, ear, fields, maps, mesh, textures  # noqa: E402
+from head import anatomy, atlas, ear, fields, hair, maps, mesh, textures, wrap  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -172,3 +172,25 @@ def test_foundation_stays_out_of_eyes_mouth_and_nostrils(tile):
     foundation = maps.drawn(tile)["foundation"]
     for name in ("eye", "mouth", "nostril"):
         assert foundation[tile.rings[name] > 1.2].max() < 0.01, name
+
+
+def test_the_cloth_leaves_brows_and_lobes_free():
+    points, _ = wrap.cloth()
+    front = points[points[:, 2] > 60]
+    assert front[:, 1].min() > anatomy.BROW[:, 1].max() + 8  # mm
+    assert np.isfinite(points).all()
+
+
+def test_brows_and_lashes_are_no_mirror_images():
+    assert np.abs(hair.brow().points - hair.brow(22).points).max() > 0.5
+
+
+def test_every_shipped_product_has_its_place_on_the_sheet():
+    pytest.importorskip("bpy")
+    import paper
+
+    from km_makeup.products import Library
+
+    for product in Library.shipped().products:
+        name, thickness = paper.SHEET_MAPS[product.id.split("-")[0]]
+        assert (SAMPLE / "looks" / "maps" / f"{name}.png").exists() and thickness > 0
