@@ -117,8 +117,9 @@ def regions():
 
 def write_maps(found, names: Iterable[str], folder: Path, size: int = 1024) -> None:
     """Maps for another head that stand for the sample's of these names, as grey PNG files in ``folder``."""
-    from km_makeup.makeup.regions import RegionOptions, correspond_to_pattern, masks
     from PIL import Image
+
+    from km_makeup.makeup.regions import RegionOptions, correspond_to_pattern, masks
 
     wanted = sorted(set(names) & set(regions()))
     between = correspond_to_pattern(landmarked(found), (size, size))
