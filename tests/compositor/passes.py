@@ -20,7 +20,7 @@ def hand_over(scene: bpy.types.Scene, size: tuple[int, int], samples: int) -> tu
     node = placing.find(scene)
     tree = scene.compositing_node_group
     settings = scene.render
-    settings.engine = "BLENDER_EEVEE"
+    settings.engine, settings.use_file_extension = "BLENDER_EEVEE", True
     settings.resolution_x, settings.resolution_y = size
     settings.resolution_percentage = 100
     scene.eevee.taa_render_samples = samples

@@ -9,6 +9,7 @@ import pytest
 from km_makeup.blender import compositor, makeup
 from km_makeup.blender.compositor.levels import RATIO, levels
 from km_makeup.blender.compositor.profiles import burley_distances
+from km_makeup.blender.update import paused
 from km_makeup.errors import MakeupError
 from km_makeup.optics.diffusion import SKIN, burley_within, fit_gaussians
 from tests.blender import scenes
@@ -28,6 +29,21 @@ def test_a_materials_radius_gives_burleys_profile() -> None:
     d = np.array([3.67, 1.37, 0.68]) / (4 * np.pi) / (1.9 - A + 3.5 * (A - 0.8) ** 2)
     r = np.geomspace(0.05, 3, 30)
     assert np.abs(profile.within(r) - burley_within(r[:, None], d)).max() < 0.02
+
+
+def test_baked_films_widen_the_profile_by_what_they_send_back() -> None:
+    """The variance of light that passes 1 + q/(1 - q) times through the skin; two passes are told apart."""
+    head = scenes.head()
+    head.data.materials.append(scenes.skin())
+    makeup.set_up(head)
+    bare = compositor.profile_of([head], bpy.context.scene)
+    image = bpy.data.images.new("R up", 2, 2, alpha=False, float_buffer=True, is_data=True)
+    image.pixels.foreach_set(np.tile(np.array([0.4, 0.4, 0.4, 1], np.float32), 4))
+    with paused():
+        head.km_makeup.baked_R_up, head.km_makeup.path = image, "BAKED"
+    films = compositor.profile_of([head], bpy.context.scene)
+    q = 0.4 * np.array([0.45, 0.27, 0.19])
+    assert films.mean_variance / bare.mean_variance == pytest.approx(1 + q, rel=0.06)
 
 
 def test_the_unit_scale_counts() -> None:

@@ -17,24 +17,47 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import MakeupError
-from ...optics.diffusion import SKIN, GaussianProfile, fit_gaussians
+from ...optics.diffusion import SKIN, GaussianProfile, fit_gaussians, reduced, widened
 from ..shaders import PRINCIPLED, SUBSURFACE, outputs_of, shader_nodes
 from ..skin import skin_of
 
 COUNT = 6
 """Gaussians, unless fewer are asked for."""
 
+PASSES = 2
+"""Passes through the skin that are told apart below films (OPTICS.md: two or three do)."""
+
+NO_BACK = 0.02
+"""Films that send back less than this into the skin do not widen the profile visibly."""
+
 LEAST_MM = 1e-3
 """Narrower scattering than this is none."""
 
 
 def profile_of(heads: list[bpy.types.Object], scene: bpy.types.Scene, count: int = COUNT) -> GaussianProfile:
-    """The profile of the heads' own subsurface scattering (geometric mean of their d); `SKIN` where they have none."""
+    """The profile of the heads' own subsurface scattering (geometric mean of their d); `SKIN` where they have none.
+
+    Baked films widen it by what they send back into the skin, their mean over the textures: where films lie on a part of
+    the face only, it is a little too wide beside them and too narrow below them.
+    """
     found = [one for head in heads for one in _distances(head, scene)]
-    if not found:
-        return SKIN
-    mean = np.exp(np.mean(np.log(found), axis=0))
-    return fit_gaussians(np.maximum(mean, LEAST_MM), count)
+    profile = SKIN if count >= COUNT else reduced(SKIN, count)
+    if found:
+        profile = fit_gaussians(np.maximum(np.exp(np.mean(np.log(found), axis=0)), LEAST_MM), count)
+    back = np.mean([back_reflectance(head) for head in heads], axis=0) if heads else np.zeros(3)
+    return reduced(widened(profile, back, PASSES), count) if back.max() > NO_BACK else profile
+
+
+def back_reflectance(head: bpy.types.Object) -> NDArray:
+    """Mean over the baked textures of what the films send back into the skin times its albedo, three channels."""
+    makeup = head.km_makeup
+    if makeup.path != "BAKED" or makeup.baked_R_up is None:
+        return np.zeros(3)
+    image = makeup.baked_R_up
+    pixels = np.empty(image.size[0] * image.size[1] * 4, np.float32)
+    image.pixels.foreach_get(pixels)
+    albedo = skin_of([entry.original for entry in makeup.slots], makeup.uv_map).mean
+    return np.clip(pixels.reshape(-1, 4)[:, :3].mean(axis=0) * albedo, 0, 0.9)
 
 
 def _distances(head: bpy.types.Object, scene: bpy.types.Scene) -> list[NDArray]:

@@ -1,0 +1,194 @@
+"""A turntable of the sample head before a bright wall, beside a second head: what bleeds where one surface hides another.
+
+    python -m tests.compositor.turntable [--views 24] [--scales 1,2.5,6] [--samples 8] [--pictures FOLDER] [--write]
+
+Every frame is rendered once in EEVEE and diffused twice, with and without regard to depth. Three figures a frame:
+
+- *behind steps*: the surface before every step (nose, chin, ear, the nearer head) is given light 1 within 3 mm of it, all else
+  none; the mean that arrives within 3 mm behind the steps. What flows round the end of a step is in it, so it is an upper bound.
+- *other head*: the nearer head gets light 1, the farther none; the most that arrives anywhere on the farther.
+- *wall*: everything but skin gets light 1, skin none; the most that arrives on skin.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import sys
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+ROOT = Path(__file__).resolve().parents[2]
+COVERS = tuple(f"km_makeup/blender/compositor/{name}.py" for name in ("diffusion", "surface", "levels"))
+SIZE_MM = 90.0
+DISTANCE = 1.2
+
+
+def main() -> int:
+    """Turn, measure, print; save the frame with the most light behind steps."""
+    parser = argparse.ArgumentParser(prog="python -m tests.compositor.turntable", description=__doc__.splitlines()[0])
+    parser.add_argument("--views", type=int, default=24, help="views around the head")
+    parser.add_argument("--scales", default="1,2.5,6", help="pixels per mm, with commas")
+    parser.add_argument("--samples", type=int, default=8, help="EEVEE samples")
+    parser.add_argument("--pictures", type=Path, help="folder for the worst frame of each scale")
+    parser.add_argument("--write", action="store_true", help="write tests/results/diffusion_turntable.md")
+    options = parser.parse_args()
+    os.environ.setdefault("BLENDER_USER_RESOURCES", tempfile.mkdtemp(prefix="km_makeup-"))
+    text = table([float(s) for s in options.scales.split(",")], options.views, options.samples, options.pictures)
+    print(text)
+    if options.write:
+        from tests import stamps
+
+        command = "python -m tests.compositor.turntable --write"
+        stamps.write_markdown("diffusion_turntable.md", "Diffusion on a turntable", command, COVERS, text)
+    return 0
+
+
+def table(scales: list[float], views: int, samples: int, pictures: Path | None) -> str:
+    """A row per scale: worst and mean over the views, aware of depth and blind."""
+    head, scene, camera = set_up()
+    lines = [
+        f"{views} views, % of the light before the step, on the other head, on the wall.",
+        "",
+        "| px/mm | steps in depth | behind steps: mean | worst view | other head: most | wall: most |",
+        "| --- | --- | --- | --- | --- | --- |",
+    ]
+    for scale in scales:
+        found: dict[bool, list[tuple[float, float, float]]] = {True: [], False: []}
+        worst = -1.0
+        for index in range(views):
+            frame, lens = turned(head, scene, camera, 360 * index / views, scale, samples)
+            for aware, kept in found.items():
+                kept.append(leaks(frame, lens, scale, aware))
+            if pictures and found[True][-1][0] > worst:
+                worst = found[True][-1][0]
+                _save(pictures / f"worst {scale:g} px per mm.png", frame, lens, scale)
+            print(
+                f"{scale:g} px/mm, view {index}: {found[True][-1]}, blind {found[False][-1]}",
+                file=sys.stderr,
+                flush=True,
+            )
+        for aware, kept in found.items():
+            behind, other, wall = (np.array([one[i] for one in kept]) * 100 for i in range(3))
+            name = "stop light" if aware else "ignored"
+            turn = 360 * int(behind.argmax()) / views
+            lines.append(
+                f"| {scale:g} | {name} | {behind.mean():.3f} | {behind.max():.3f} at {turn:.0f}° | {other.max():.4f} | {wall.max():.4f} |"
+            )
+    return "\n".join(lines) + "\n"
+
+
+def set_up():
+    """The sample head, a second one behind it to the side, a bright wall."""
+    import bpy
+
+    from km_makeup import blender
+    from km_makeup.blender import compositor, makeup, studio
+
+    if not hasattr(bpy.types.Object, "km_makeup"):
+        blender.register()
+    head = studio.open_head(ROOT / "sample_blend" / "head.blend", None, "Head").object
+    scene = bpy.context.scene
+    other = head.copy()
+    other.location.x, other.location.y = other.location.x + 0.13, other.location.y + 0.28
+    scene.collection.objects.link(other)
+    for one in (head, other):
+        makeup.set_up(one)
+        one.km_makeup.scattering = "SCREEN"
+    bpy.ops.mesh.primitive_plane_add(size=6, location=(0, 1.5, 0), rotation=(math.pi / 2, 0, 0))
+    wall = bpy.data.materials.new("Wall")
+    node = next(n for n in wall.node_tree.nodes if n.bl_idname == "ShaderNodeBsdfPrincipled")
+    node.inputs["Emission Color"].default_value, node.inputs["Emission Strength"].default_value = (1, 1, 1, 1), 4
+    bpy.context.object.data.materials.append(wall)
+    for data in bpy.data.lights:
+        data.shadow_maximum_resolution, data.shadow_filter_radius = 1e-5, 0
+    camera = bpy.data.objects.new("Turntable", bpy.data.cameras.new("Turntable"))
+    camera.data.clip_start = 0.05
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    compositor.insert(scene)
+    return head, scene, camera
+
+
+def turned(head, scene, camera, degrees: float, scale: float, samples: int):
+    """One view, SIZE_MM wide and high around nose and chin (wider at coarse scales), at a scale in pixels per mm."""
+    from mathutils import Vector
+
+    from km_makeup.blender import studio
+    from tests.compositor.passes import hand_over
+
+    width = SIZE_MM * max(1.0, 2.5 / scale)
+    target = studio.nose_tip(head) + Vector((0, 0.06, -0.02))
+    turn = math.radians(degrees)
+    away = Vector((math.sin(turn), -math.cos(turn), 0))
+    camera.location = target + DISTANCE * away
+    camera.rotation_euler = (-away).to_track_quat("-Z", "Y").to_euler()
+    camera.data.sensor_width, camera.data.lens = 36, 36 * (DISTANCE - 0.06) * 1000 / width
+    pixels = int(width * scale)
+    return hand_over(scene, (pixels, pixels), samples)
+
+
+def leaks(frame, lens: dict[str, float], scale: float, aware: bool) -> tuple[float, float, float]:
+    """The three figures of a frame, as shares of the light."""
+    from km_makeup.optics.diffusion import SKIN
+    from tests.compositor import replica
+
+    width = frame.mask.shape[1]
+    optics = replica.Lens(lens["Focal"] * width, mm=lens["Millimetre"])
+
+    def arrives(light: NDArray) -> NDArray:
+        white = np.repeat(light[..., None], 3, axis=2)
+        one = np.ones_like(white)
+        probe = replace(frame, image=0 * white, light=white, colour=one, share=frame.mask[..., None] * one)
+        # Without light of its own a pixel's change is what arrives there.
+        return replica.diffuse(probe, optics, SKIN, max(4.0, scale), aware)["change"][..., 0]
+
+    found = replica.diffuse(frame, optics, SKIN, max(4.0, scale), True)
+    skin = frame.mask > 0.98
+    near, far = strips(found["wall_x"], found["wall_y"], frame.depth, skin, max(2, int(3 * scale)))
+    behind = float(arrives(near.astype(float))[far & ~near].mean()) if (far & ~near).any() else 0.0
+    near_head = skin & (frame.depth < DISTANCE + 0.1)
+    far_head = skin & (frame.depth > DISTANCE + 0.16)
+    other = float(arrives(near_head.astype(float))[far_head].max()) if far_head.any() and near_head.any() else 0.0
+    wall = float(arrives((frame.mask < 0.02).astype(float))[skin].max()) if skin.any() else 0.0
+    return behind, other, wall
+
+
+def strips(wall_x: NDArray, wall_y: NDArray, depth: NDArray, skin: NDArray, length: int) -> tuple[NDArray, NDArray]:
+    """Skin within ``length`` pixels before the steps, and from the second to that many pixels behind them."""
+    near, far = np.zeros(skin.shape, bool), np.zeros(skin.shape, bool)
+    for wall, flip in ((wall_x, False), (wall_y, True)):
+        w, z, s = (one.T if flip else one for one in (wall, depth, skin))
+        n, f = (one.T if flip else one for one in (near, far))
+        for row, column in zip(*np.nonzero(w)):
+            if column == 0 or not s[row, column - 1]:
+                continue
+            left, right = slice(max(0, column - length), column), slice(column, column + length)
+            front, back = (left, right) if z[row, column - 1] < z[row, column] else (right, left)
+            level = (z[row, column - 1] + z[row, column]) / 2
+            n[row, front] |= s[row, front] & (z[row, front] < level)
+            behind = s[row, back] & (z[row, back] > level)
+            behind[:2] &= back is not right
+            behind[-2:] &= back is right
+            f[row, back] |= behind
+    return near, far
+
+
+def _save(path: Path, frame, lens: dict[str, float], scale: float) -> None:
+    """The frame, diffused aware and blind, side by side as sRGB."""
+    from km_makeup.optics.diffusion import SKIN
+    from tests.compositor import replica
+    from tests.compositor.heads import _save as save
+
+    optics = replica.Lens(lens["Focal"] * frame.mask.shape[1], mm=lens["Millimetre"])
+    both = [replica.diffuse(frame, optics, SKIN, max(4.0, scale), aware)["image"] for aware in (True, False)]
+    save(path, [frame.image, *both])
+
+
+if __name__ == "__main__":
+    sys.exit(main())
