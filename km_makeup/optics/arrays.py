@@ -36,6 +36,14 @@ def doubles(*values: ArrayLike) -> tuple[Array, ...]:
     return tuple(value.astype(np.float64, copy=False) for value in _real(*values))
 
 
+def one_number(what: str, value: float) -> Array:
+    """A parameter as a float64 array of no axes; refuses more than one number; ``what`` begins the sentence."""
+    (number,) = doubles(value)
+    if number.ndim:
+        raise MakeupError(f"{what} must be one number, not {short(value)}.")
+    return number
+
+
 def common_shape(*values: Array) -> tuple[int, ...]:
     """The shape that arrays broadcast to; refuses those that have none."""
     try:

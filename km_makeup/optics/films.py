@@ -7,8 +7,8 @@ g = tanh(u)/u (1 at u = 0) they are
 
     R = S X g / ((1 + k g)(1 + p g))      T = sech(u)^2 / ((1 + k g)(1 + p g))      A = 2 k g / (1 + k g)
 
-that is, the film lit from both sides alike, which sees k alone, and lit from both sides oppositely. Every result is
-a quotient of sums of positive terms, so nothing cancels, K/S is never formed, and K = 0, S = 0, X = 0 and
+so that R + T = (1 - k g)/(1 + k g) and T - R = (1 - p g)/(1 + p g): the film lit from both sides alike, and oppositely.
+Every result is a quotient of sums of positive terms, so nothing cancels, K/S is never formed, and K = 0, S = 0, X = 0 and
 thick films need no branch. sech(u)^2 = 4 e/(1 + e)^2 with e = exp(-2 u), which tanh(u) would not give where it is near 1.
 
 Films are laid on one another by Kubelka 1954, Eq 9-12, with the reflectance of the upper film *lit from
@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MakeupError
-from .arrays import SLACK, Array, common_shape, floats, in_blocks, refuse_outside
+from .arrays import SLACK, Array, common_shape, floats, in_blocks, refuse_outside, short
 
 # Half the exponent z of the thickest film that lets any light through: exp(-2 u) is 0 beyond it, in float64 too.
 _OPAQUE = 500.0
@@ -137,6 +137,8 @@ def as_stack(one: Film | Stack) -> Stack:
     """A single film as a stack: the same from above and from below."""
     if isinstance(one, Stack):
         return one
+    if not isinstance(one, Film):
+        raise MakeupError(f"A stack is made of what film, stack or Interface.as_stack give, not of {short(one)}.")
     return Stack(R_top=one.R, R_bottom=one.R, T=one.T, A_top=one.A, A_bottom=one.A, T_up=one.T)
 
 

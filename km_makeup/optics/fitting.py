@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MakeupError
-from .arrays import Array, doubles
+from .arrays import Array, doubles, one_number, refuse_outside
 from .films import opaque_reflectance
 from .interfaces import Interface, saunderson, unsaunderson
 from .inversion import THINNEST, Inversion, Status
@@ -89,12 +89,12 @@ def invert_films(
 
     Source: Levenberg 1944, Marquardt 1963, on Kubelka 1948, Eq 20, and Saunderson 1942, Eq 4.
     """
-    if smoothness is not None and not 1e-9 <= float(smoothness) <= 1e9:
-        raise MakeupError(f"The smoothness must be a positive number such as 0.05, not {smoothness}.")
+    if smoothness is not None:
+        refuse_outside("The smoothness", one_number("The smoothness", smoothness), 1e-9, 1e9)
     data, shape, bad, sigma = _prepare(R, R_g, X, noise, interface, specular_included)
     theta = _best_descent(data)
     prior = None
-    if smoothness is not None and shape and shape[-1] > 2:
+    if smoothness is not None and theta.size and shape and shape[-1] > 2:
         prior = _second_differences(shape[-1]) / smoothness
         weighted = _scaled_to_noise(data, theta, noise)
         theta = _minimise_smooth(theta, weighted, prior)
@@ -120,17 +120,23 @@ def _prepare(
     (sigma,) = doubles(_NOISE if noise is None else noise)
     if np.any(sigma < 0):
         raise MakeupError(f"The noise of a reading must be 0 or more, not {sigma.min()}; mend its source.")
+    R_all = R
     R, R_g, X, sigma = (
-        _like_readings(name, v, R).reshape(films, -1)
+        _like_readings(name, v, R_all).reshape(films, -1)
         for name, v in (("R", R), ("R_g", R_g), ("X", X), ("noise", sigma))
     )
     R_g = np.where(np.isinf(X), 0.5, R_g)
     slack = 3 * sigma
-    bad = np.any(~((R >= -slack) & (R <= 1 + slack) & (R_g >= 0) & (R_g <= 1) & (X >= THINNEST) & (sigma >= 0)), axis=0)
+    bad = np.any(
+        ~((R >= -slack) & (R <= 1 + slack) & (R_g >= 0) & (R_g <= 1) & (X >= THINNEST) & (sigma < np.inf)), axis=0
+    )
     R, R_g, X = np.where(bad, 0.5, R), np.where(bad, 0.5, R_g), np.where(bad, 1, X)
     if interface is not None:
+        sides = (_like_readings("The interface", k, R_all).reshape(films, -1) for k in doubles(*interface))
+        interface = Interface(*sides)
         R_g = np.clip(unsaunderson(R_g, interface, specular_included=specular_included), 0, 1)
-    weight = 1 / np.maximum(np.where(bad, _NOISE, sigma), _NOISE_LEAST)
+    # No weight for what is no reading: with a prior it would pull at its neighbours.
+    weight = np.where(bad, 0, 1 / np.maximum(sigma, _NOISE_LEAST))
     return _Readings(R, R_g, X, weight, interface, specular_included), shape, bad, sigma
 
 
@@ -240,8 +246,8 @@ def _scaled_to_noise(data: _Readings, theta: Array, noise: ArrayLike | None) -> 
     """The readings with weights of their own scatter where no noise was given, so that a prior has its right weight."""
     if noise is not None:
         return data
-    freedom = max(data.R.shape[0] - 2, 1) * data.R.shape[1]
-    scatter = np.sqrt(np.sum(_system(data, theta)[0]) / freedom)
+    freedom = max(data.R.shape[0] - 2, 1) * np.count_nonzero(data.weight[0])
+    scatter = np.sqrt(np.sum(_system(data, theta)[0]) / max(freedom, 1))
     return _Readings(data.R, data.R_g, data.X, data.weight / max(scatter, 1e-6), data.interface, data.specular_included)
 
 
@@ -326,7 +332,7 @@ def _judge(
         variance, gain_K, gain_S = _inverse(w_K, w_S)
     else:
         noise_weight = np.ones_like(chi) if noise_given else np.maximum(chi, 1e-6)
-        covariance = np.linalg.inv(_joined(normal / noise_weight**2, prior))
+        covariance = _covariance(_joined(normal / noise_weight**2, prior))
         own = np.diagonal(covariance, axis1=1, axis2=2).reshape(-1, 2, prior.shape[1]).swapaxes(0, 1).reshape(2, -1)
         variance, (_, gain_K, gain_S) = own, _inverse(w_K, w_S)
         scale = np.ones_like(chi)
@@ -366,6 +372,14 @@ def _judge(
         S_error=put(np.where(determined, S * error[1], S)),
         residual=put(np.where(bad, 0, residual)),
     )
+
+
+def _covariance(normal: Array) -> Array:
+    """Inverses of normal matrices; a spectrum without any reading, of which only its bends are known, has one too."""
+    diagonal = np.arange(normal.shape[-1])
+    firm = normal.copy()
+    firm[:, diagonal, diagonal] += 1e-12 * np.max(normal[:, diagonal, diagonal], axis=1, keepdims=True)
+    return np.linalg.inv(firm)
 
 
 def _bare(data: _Readings) -> Array:

@@ -14,8 +14,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import MakeupError
-from .arrays import SLACK, Array, common_shape, doubles, floats, refuse_outside, short
+from .arrays import SLACK, Array, common_shape, floats, one_number, refuse_outside
 from .interfaces import Interface, unsaunderson
 from .sensitivity import opaque_sensitivity, over_sensitivity
 
@@ -256,7 +255,7 @@ def _readings(
     values: tuple[Array, ...], X: Array, noise: float, interface: Interface | None, specular_included: bool
 ) -> tuple[tuple[Array, ...], tuple[Array, ...], NDArray[np.bool_]]:
     """Internal reflectances (0.5 where one of a set is none), their standard deviations, and where one is none."""
-    refuse_outside("The noise of a reading", _one_number("noise", noise), 0, 1)
+    refuse_outside("The noise of a reading", one_number("The noise of a reading", noise), 0, 1)
     bad = ~((X >= THINNEST) & np.isfinite(X))
     for value in values:
         bad = bad | ~((value >= 0) & (value <= 1))
@@ -270,14 +269,6 @@ def _readings(
         k1, k2 = interface
         sigma = tuple((s * (1 - k2 * v) ** 2 / ((1 - k1) * (1 - k2))).astype(v.dtype) for v, s in zip(values, sigma))
     return values, sigma, bad
-
-
-def _one_number(name: str, value: float) -> Array:
-    """A parameter as a number; refuses an array."""
-    (number,) = doubles(value)
-    if number.ndim:
-        raise MakeupError(f"{name} must be one number, not {short(value)}.")
-    return number
 
 
 def _tolerance(a: Array, b: Array, sigma_a: Array, sigma_b: Array) -> Array:

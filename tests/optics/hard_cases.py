@@ -13,11 +13,12 @@ import mpmath as mp
 import numpy as np
 
 from km_makeup.optics import Status, film, film_over, invert, invert_films, kelemen, opaque_reflectance, stack
+from tests import stamps
 from tests.optics import oracle, printed
-from tests.optics.report import ROOT, stamp
-from tests.optics.sweep import optical_depth
+from tests.optics.sweep import COVERS, optical_depth
 
 COUNT = 120
+WHOLE = [*COVERS, "km_makeup/optics/fitting.py", "km_makeup/optics/microfacets.py"]
 DTYPES = (np.float64, np.float32)
 
 
@@ -283,10 +284,9 @@ def page() -> str:
 
     return "\n".join(
         [
-            "# Hard cases",
+            stamps.head("Hard cases", "python -m tests.optics.hard_cases", WHOLE).rstrip(),
             "",
-            f"Made by `python -m tests.optics.hard_cases` on {stamp()}. Exact values: mpmath, 80 digits.",
-            f"{COUNT} points a case. *Printed*: the formulas of Huang et al. 2013 as they stand (tests/optics/printed.py),",
+            f"Exact values: mpmath, 80 digits, {COUNT} points a case. *Printed*: the formulas of Huang et al. 2013 as they stand (tests/optics/printed.py),",
             "Eq 3 with its misprint mended. T and what comes back from a backing are divided by 1 + z, the conditioning",
             "of exp(-z): the number shown is what the formula itself loses. Exact values below the smallest normal number",
             "count only as finite or not.",
@@ -320,7 +320,7 @@ def main() -> int:
     """Print and write."""
     text = page()
     print(text)
-    (ROOT / "tests" / "hard_cases.md").write_text(text, encoding="utf-8")
+    (stamps.ROOT / "tests" / "hard_cases.md").write_text(text, encoding="utf-8")
     return 0
 
 

@@ -1,12 +1,16 @@
 """Mutation testing of km_makeup/optics.
 
-    python -m tests.optics.mutation                  all mutants (an hour on two cores), writes tests/results/optics_mutation.md
-    python -m tests.optics.mutation --named          only the mistakes named below, a minute
-    python -m tests.optics.mutation --collect DIR    writes the page from a run in DIR that was stopped and resumed
+    python -m tests.optics.mutation                    all modules, an hour on two idle cores
+    python -m tests.optics.mutation films fitting      only these
+    python -m tests.optics.mutation --folder DIR films the same, in a folder that is kept: a run that was stopped goes on
+    python -m tests.optics.mutation --named            only the mistakes named below, a minute
+    python -m tests.optics.mutation --total            the sums of the pages as they are
 
-mutmut 3 (pip install mutmut) makes the mutants and runs the tests that reach each of them, in a copy. The tests in the copy are those of
-tests/optics with fewer hypothesis examples and a smaller sweep, without the real paints and the page of hard cases: what
-they kill, the full tests kill. The mistakes named below are made by hand.
+Writes a page per module, tests/results/optics_mutation_MODULE.md, so that a change of one module asks for that one only.
+mutmut 3 (pip install mutmut) makes the mutants in a copy, `tests/optics/mutants.py` runs the tests against them: the fast
+tests of the module first, all others against what is then left without an explanation. The tests in the copy are those
+of tests/optics with fewer hypothesis examples, fewer products and a smaller sweep, without the real paints and the page
+of hard cases: what they kill, the full tests kill. The mistakes named below are made by hand.
 """
 
 from __future__ import annotations
@@ -14,7 +18,6 @@ from __future__ import annotations
 import argparse
 import ast
 import difflib
-import json
 import os
 import re
 import shutil
@@ -22,25 +25,29 @@ import subprocess
 import sys
 import tempfile
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from tests.optics.report import ROOT, write_result
+from tests.stamps import RESULTS, ROOT, write_markdown
 
+MODULES = (
+    *("arrays", "diffusion", "films", "fitting", "interfaces", "inversion", "microfacets", "powder", "sensitivity"),
+)
 SETTINGS = """[mutmut]
 source_paths=km_makeup/optics/
 also_copy=
     km_makeup
     tests
-pytest_add_cli_args=
-    -x
-    -q
-    -p
-    no:cacheprovider
-pytest_add_cli_args_test_selection=tests/optics
 """
-LEFT_OUT = ("test_reference.py", "test_hard_cases.py", "mutation.py")
+SMALLER = {
+    "[date.today().toordinal(), 7]": "[7]",
+    "sweep.run(250,": "sweep.run(20,",
+    "products(400)": "products(40)",
+    "products(3000, 4)": "products(600, 4)",
+}
+LEFT_OUT = ("test_reference.py", "test_hard_cases.py", "mutation.py", "mutants.py")
 
 
 @dataclass(frozen=True)
@@ -92,6 +99,7 @@ def copy_to(folder: Path) -> None:
     shutil.copytree(ROOT / "km_makeup" / "optics", folder / "km_makeup" / "optics", dirs_exist_ok=True)
     shutil.copytree(ROOT / "tests" / "optics", folder / "tests" / "optics", dirs_exist_ok=True)
     shutil.copy(ROOT / "tests" / "conftest.py", folder / "tests" / "conftest.py")
+    shutil.copy(ROOT / "tests" / "stamps.py", folder / "tests" / "stamps.py")
     (folder / "setup.cfg").write_text(SETTINGS)
     shared = ROOT.parent / "shared"
     for link in (folder / "shared", folder.parent / "shared"):  # beside mutmut's own copy, and beside this one
@@ -100,15 +108,18 @@ def copy_to(folder: Path) -> None:
     for name in LEFT_OUT:
         (folder / "tests" / "optics" / name).unlink(missing_ok=True)
     for path in (folder / "tests" / "optics").glob("test_*.py"):
-        text = re.sub(r"max_examples=\d+", "max_examples=25", path.read_text())
-        text = text.replace("[date.today().toordinal(), 7]", "[7]").replace("sweep.run(250,", "sweep.run(60,")
+        text = re.sub(r"max_examples=\d+", "max_examples=12", path.read_text())
+        for whole, part in SMALLER.items():
+            text = text.replace(whole, part)
         path.write_text(text)
 
 
-def named_mistakes() -> list[tuple[Mistake, str]]:
-    """Every named mistake with the test that finds it; an empty name where none does."""
+def named_mistakes(module: str = "") -> list[tuple[Mistake, str]]:
+    """Every named mistake (of a module) with the test that finds it; an empty name where none does."""
     found = []
     for mistake in NAMED:
+        if module and mistake.module != f"{module}.py":
+            continue
         with tempfile.TemporaryDirectory() as temporary:
             folder = Path(temporary) / "copy"
             copy_to(folder)
@@ -142,18 +153,38 @@ def named_mistakes() -> list[tuple[Mistake, str]]:
     return found
 
 
-def collect(folder: Path) -> tuple[dict[str, Counter], list[str]]:
-    """Killed and survived per module, and the names of the survivors, of a mutmut run in the folder."""
-    counts: dict[str, Counter] = {}
-    survivors = []
-    for path in sorted((folder / "mutants" / "km_makeup" / "optics").glob("*.meta")):
-        results = json.loads(path.read_text())["exit_code_by_key"]
-        if results:
-            counts[path.name.removesuffix(".meta")] = Counter(
-                "not run" if code is None else "survived" if code == 0 else "killed" for code in results.values()
-            )
-            survivors += [name for name, code in results.items() if code == 0]
-    return counts, survivors
+def make_mutants(folder: Path) -> None:
+    """Every mutant of the optics in folder/mutants, unless they are there already."""
+    if (folder / "mutants").exists():
+        return
+    copy_to(folder)
+    code = (
+        "from pathlib import Path; import mutmut.__main__ as m; from mutmut.mutation import trampoline as t; "
+        "t.set_mutant_under_test('mutant_generation'); Path('mutants').mkdir(); m.copy_src_dir(); "
+        "m.copy_also_copy_files(); m.setup_source_paths(); m.create_mutants(2)"
+    )
+    subprocess.run([sys.executable, "-c", code], cwd=folder, check=True, stdout=subprocess.DEVNULL)
+
+
+def run_mutants(folder: Path, *options: str) -> None:
+    """Run the tests against the mutants in the folder that have no result yet."""
+    runner = Path(__file__).with_name("mutants.py")
+    command = [sys.executable, str(runner), str(folder / "mutants"), str(folder / "results.txt"), *options]
+    single = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+    subprocess.run(command, env=os.environ | single, check=True)
+
+
+def results(folder: Path, module: str) -> dict[str, str]:
+    """What became of every mutant of a module so far."""
+    lines = (folder / "results.txt").read_text().splitlines()
+    found = dict(line.split("\t") for line in lines)
+    return {name: what for name, what in found.items() if name.split(".")[2] == module}
+
+
+def unexplained(folder: Path, module: str) -> list[str]:
+    """The survivors without a reason."""
+    left = [name for name, what in results(folder, module).items() if what == "survived"]
+    return [name for name in left if not explanation(name, *difference(folder, name))]
 
 
 @cache
@@ -190,43 +221,53 @@ def explanation(name: str, old: str, new: str) -> str:
     return ""
 
 
-def page(folder: Path) -> str:
-    """The named mistakes, the counts and the survivors."""
-    lines = ["## Mistakes of the paper and others by hand", "", "| mistake | found by |", "|---|---|"]
-    lines += [f"| {mistake.name} | {test or '**not found**'} |" for mistake, test in named_mistakes()]
-    counts, survivors = collect(folder)
-    lines += [
-        "",
-        "## Mutants",
-        "",
-        "| module | killed | survived | not run | killed of those run |",
-        "|---|---:|---:|---:|---:|",
-    ]
-    total: Counter = Counter()
-    for module, count in [*counts.items(), ("all", total)]:
-        if module != "all":
-            total.update(count)
-        ran = count["killed"] + count["survived"]
-        share = f"{100 * count['killed'] / ran:.1f} %" if ran else "-"
-        lines.append(f"| {module} | {count['killed']} | {count['survived']} | {count['not run']} | {share} |")
-    lines += ["", "## Survivors", "", "| mutant | is | becomes | why it survives |", "|---|---|---|---|"]
-    unexplained = 0
+def page(folder: Path, module: str) -> str:
+    """The counts, the named mistakes of the module and its survivors."""
+    found = results(folder, module)
+    count = Counter(found.values())
+    survivors = sorted(name for name, what in found.items() if what == "survived")
+    lines = [f"{len(found)} mutants, {len(found) - len(survivors)} killed ({count['timeout']} of them by running on)."]
+    named = named_mistakes(module)
+    if named:
+        lines += ["", "## Mistakes by hand", "", "| mistake | found by |", "|---|---|"]
+        lines += [f"| {mistake.name} | {test or '**not found**'} |" for mistake, test in named]
+    groups: dict[str, list[str]] = {}
     for name in survivors:
         old, new = difference(folder, name)
-        why = explanation(name, old, new)
-        unexplained += not why
-        cells = (name.removeprefix("km_makeup.optics."), f"`{old}`", f"`{new}`", why or "**not explained**")
-        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
-    lines += ["", f"{len(survivors)} survivors, {unexplained} not explained.", ""]
-    return "\n".join(lines)
+        cells = (name.removeprefix(f"km_makeup.optics.{module}."), f"`{old}`", f"`{new}`")
+        row = "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+        groups.setdefault(explanation(name, old, new) or "**Not explained.**", []).append(row)
+    lines += ["", "## Survivors"]
+    for why, rows in groups.items():
+        lines += ["", f"{why} ({len(rows)})", "", "| mutant | is | becomes |", "|---|---|---|", *rows]
+    return "\n".join([*lines, ""])
+
+
+def total() -> tuple[int, int, list[str]]:
+    """Mutants and killed ones by the pages, and what is wrong with these."""
+    made = killed = 0
+    wrong = []
+    for module in MODULES:
+        file = RESULTS / f"optics_mutation_{module}.md"
+        text = file.read_text(encoding="utf-8") if file.exists() else ""
+        counts = re.search(r"^(\d+) mutants, (\d+) killed", text, re.MULTILINE)
+        if counts is None:
+            wrong.append(f"{module}: not run")
+            continue
+        made, killed = made + int(counts[1]), killed + int(counts[2])
+        wrong += [f"{module}: {what}" for what in ("not found", "Not explained") if f"**{what}" in text]
+        print(f"{module}: {counts[2]} of {counts[1]} killed, {100 * int(counts[2]) / int(counts[1]):.1f} %")
+    print(f"all: {killed} of {made} killed, {100 * killed / max(made, 1):.1f} %")
+    return made, killed, wrong
 
 
 def main() -> int:
-    """Run or collect, and write."""
+    """Run, and write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("modules", nargs="*", choices=[[], *MODULES], metavar="MODULE", help=", ".join(MODULES))
     parser.add_argument("--named", action="store_true", help="only the mistakes named in this file")
-    parser.add_argument("--collect", type=Path, metavar="DIR", help="a folder in which mutmut ran")
-    parser.add_argument("--note", default="", help="a sentence for the page, on how the run went")
+    parser.add_argument("--total", action="store_true", help="only the sums of the pages")
+    parser.add_argument("--folder", type=Path, help="where the copy is made and kept")
     parser.add_argument("--children", type=int, default=2, help="processes at a time")
     arguments = parser.parse_args()
     if arguments.named:
@@ -234,19 +275,31 @@ def main() -> int:
         for mistake, test in found:
             print(f"{mistake.name}: {test or 'NOT FOUND'}")
         return 0 if all(test for _, test in found) else 1
-    if arguments.collect:
-        text = page(arguments.collect)
-    else:
+    if not arguments.total:
         with tempfile.TemporaryDirectory() as temporary:
-            folder = Path(temporary) / "copy"
-            copy_to(folder)
-            command = [str(Path(sys.executable).parent / "mutmut"), "run", "--max-children", str(arguments.children)]
-            subprocess.run(command, cwd=folder, env=os.environ | {"OPENBLAS_NUM_THREADS": "1"}, check=False)
-            text = page(folder)
-    text = f"{arguments.note}\n\n{text}" if arguments.note else text
-    print(text)
-    print(write_result("optics_mutation.md", "Mutation testing of the optics", "tests.optics.mutation", text))
-    return 0
+            run_modules(arguments.folder or Path(temporary) / "copy", arguments.modules or MODULES, arguments.children)
+    wrong = total()[2]
+    for sentence in wrong:
+        print(sentence)
+    return 1 if wrong else 0
+
+
+def run_modules(folder: Path, modules: Sequence[str], children: int) -> None:
+    """Make the mutants, run the modules', and write their pages."""
+    make_mutants(folder)
+    for module in modules:
+        run_mutants(folder, "--children", str(children), "--modules", module)
+        left = unexplained(folder, module)
+        if left:
+            (folder / "left.txt").write_text("\n".join(left))
+            run_mutants(folder, "--children", str(children), "--modules", module, "--again", str(folder / "left.txt"))
+        command = f"python -m tests.optics.mutation {module}"
+        covers = [f"km_makeup/optics/{module}.py"]
+        print(
+            write_markdown(
+                f"optics_mutation_{module}.md", f"Mutants of {module}", command, covers, page(folder, module)
+            )
+        )
 
 
 if __name__ == "__main__":

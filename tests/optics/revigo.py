@@ -26,7 +26,8 @@ from km_makeup.optics import (
     unsaunderson,
 )
 from km_makeup.spectra import delta_e, to_rgb
-from tests.optics.report import ROOT, write_result
+from tests.optics.sweep import COVERS
+from tests.stamps import ROOT, write_markdown
 
 FOLDER = ROOT.parent / "shared" / "spectra" / "revigo_oilpaint_black_white"
 NOISE = 0.0005  # repeatability of a good spectrophotometer; the paper gives none
@@ -196,7 +197,8 @@ def main() -> int:
     """Print both tables and write them."""
     result = text(load())
     print(result)
-    print(write_result("optics_paints.md", "Two-backing inversion of 84 oil paints", "tests.optics.revigo", result))
+    title = "Two-backing inversion of 84 oil paints"
+    print(write_markdown("optics_paints.md", title, "python -m tests.optics.revigo", COVERS, result))
     return 0
 
 

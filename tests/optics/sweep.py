@@ -30,8 +30,9 @@ from km_makeup.optics import (
     stack,
 )
 from tests.optics import oracle
-from tests.optics.report import write_result
+from tests.stamps import write_markdown
 
+COVERS = [f"km_makeup/optics/{name}.py" for name in ("arrays", "films", "interfaces", "inversion", "sensitivity")]
 EDGES_KS = (0.0, 1e-12, 1e-6, 1.0, 1e3, 1e6)
 EDGES_X = (0.0, 1e-9, 1e-3, 1.0, 1e3, np.inf)
 EDGES_G = (0.0, 1e-6, 0.5, 1.0)
@@ -245,9 +246,7 @@ def main() -> int:
     print(text)
     if arguments.points >= 40_000:
         print(
-            write_result(
-                "optics_sweep.md", "Optics against 80 digits", f"tests.optics.sweep --points {arguments.points}", text
-            )
+            write_markdown("optics_sweep.md", "Optics against 80 digits", "python -m tests.optics.sweep", COVERS, text)
         )
     return 1 if broken else 0
 

@@ -223,3 +223,33 @@ def test_the_prior_needs_three_wavelengths() -> None:
         invert_films(R, R_g, films, interface=AIR, noise=0.01, smoothness=0.05).K,
         invert_films(R, R_g, films, interface=AIR, noise=0.01).K,
     )
+
+
+def test_a_wavelength_without_a_reading_does_not_pull_at_its_neighbours() -> None:
+    """The prior bridges a gap; a reading that is none weighs nothing, whether the noise is given or not."""
+    wave = np.linspace(0.3, 0.7, 21)
+    K, S = np.exp(2 * np.sin(6 * wave)), np.exp(3 - wave)
+    films, R_g = np.array([0.02, 0.1, 0.02, 0.1]), np.array([[0.06], [0.06], [0.85], [0.85]])
+    R = readings(K, S, films, R_g) + np.random.default_rng(3).normal(0, 0.001, (4, 21))
+    gap = R.copy()
+    gap[1, 10] = np.nan
+    for noise in (0.001, None):
+        whole, holed = (invert_films(r, R_g, films, interface=AIR, noise=noise, smoothness=0.02) for r in (R, gap))
+        assert list(np.flatnonzero(holed.status)) == [10]
+        others = np.arange(21) != 10
+        for values, right, error in ((holed.K, whole.K, whole.K_error), (holed.S, whole.S, whole.S_error)):
+            assert np.max(np.abs(values - right)[others] / error[others]) < 1
+    nothing = invert_films(np.full((2, 5), np.nan), [[0.1], [0.9]], [0.1, 0.1], smoothness=0.05)
+    assert np.all(nothing.status == Status.OUT_OF_RANGE)
+    assert invert_films(np.zeros((2, 0, 5)), 0.1, [0.1, 0.2], smoothness=0.05).K.shape == (0, 5)
+
+
+def test_an_interface_may_differ_by_wavelength() -> None:
+    """Readings of shape (films, products, wavelengths), one index per wavelength."""
+    K, S = (v.reshape(2, 4) for v in products(8))
+    air, films, R_g = air_interface(np.array([1.3, 1.4, 1.5, 1.6])), [0.02, 0.1, 0.1], np.array([0.1, 0.1, 0.9])
+    R = readings(K, S, films, R_g[:, None, None], air)
+    fit = invert_films(R, R_g[:, None, None], films, interface=air, noise=1e-6)
+    np.testing.assert_allclose(fit.K, K, rtol=1e-8)
+    np.testing.assert_allclose(fit.S, S, rtol=1e-8)
+    assert invert_films(R[..., 0], R_g[:, None], films, noise=np.inf).status.tolist() == [Status.OUT_OF_RANGE] * 2

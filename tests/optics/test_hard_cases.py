@@ -5,10 +5,10 @@ from __future__ import annotations
 import mpmath as mp
 import pytest
 
+from tests import stamps
 from tests.optics import hard_cases, oracle
-from tests.optics.report import ROOT
 
-PAGE = ROOT / "tests" / "hard_cases.md"
+PAGE = stamps.ROOT / "tests" / "hard_cases.md"
 CASES = (
     *("K to 0", "K = 0", "S to 0", "S = 0", "both to 0", "both 0", "X to 0", "X to infinity", "X infinite"),
     *("R_inf to 0 (K >> S)", "R_inf to 1 (K << S)", "white on white skin", "white on perfect white", "black on black"),
@@ -40,6 +40,10 @@ def rows() -> list[list[str]]:
         for cells in lines
         if len(cells) >= 8 and cells[2].strip() in ("float64", "float32")
     ]
+
+
+def test_the_page_is_not_older_than_the_code() -> None:
+    assert stamps.stale(PAGE) == ""
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -14,7 +14,7 @@ import sys
 import numpy as np
 
 from km_makeup.optics import film
-from tests.optics.report import ROOT, write_result
+from tests.stamps import ROOT, write_markdown
 
 TABLE = ROOT / "tests" / "golden" / "two_flux.csv"
 PUBLISHED_G = 0.75
@@ -73,7 +73,9 @@ def main() -> int:
     """Print and write."""
     result = text()
     print(result)
-    print(write_result("optics_two_flux.md", "Kubelka-Munk against adding-doubling", "tests.optics.two_flux", result))
+    title, command = "Kubelka-Munk against adding-doubling", "python -m tests.optics.two_flux"
+    covers = ["km_makeup/optics/arrays.py", "km_makeup/optics/films.py", "tests/golden/two_flux.csv"]
+    print(write_markdown("optics_two_flux.md", title, command, covers, result))
     return 0
 
 

@@ -1,0 +1,150 @@
+"""Runs the tests of the optics against every mutant in a copy, in forks of one process.
+
+    python tests/optics/mutants.py COPY/mutants RESULTS [--modules films fitting] [--children 2]
+
+`tests.optics.mutation` starts it. Python, numpy and pytest start and collect once; a fork is a mutant, which runs the
+fast tests of its module that reach its function, the fastest first, until one fails; with --again the slow tests and
+those of the other modules too. Processor time and memory of a fork are bounded, so that an
+endless loop is a kill and the machine stays usable. RESULTS gains a line per mutant (name, killed, survived or timeout);
+what is in it already is not run again, so a run may be stopped and resumed; the last line of a mutant counts.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import resource
+import sys
+import time
+from pathlib import Path
+
+import hypothesis
+import pytest
+from _pytest.runner import runtestprotocol
+
+OWN_TESTS = {
+    "arrays": ("odd_input", "films"),
+    "sensitivity": ("inversion", "fitting"),
+}
+MEMORY = 4 << 30
+FAST = 0.3
+
+
+class Forks:
+    """A pytest plugin in place of the loop over the tests."""
+
+    def __init__(self, mutants: list[str], results: Path, children: int, everything: bool) -> None:
+        self.mutants, self.results, self.children, self.everything = mutants, results, children, everything
+        self.reached: dict[str, list[pytest.Item]] = {}
+        self.seconds: dict[pytest.Item, float] = {}
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtestloop(self, session: pytest.Session) -> bool:
+        """Measure every test once without a mutant, then run all mutants."""
+        self.measure(session.items)
+        running: dict[int, str] = {}
+        with self.results.open("a") as out:
+            for done, name in enumerate(self.mutants):
+                while len(running) >= self.children:
+                    self.reap(running, out)
+                pid = os.fork()
+                if pid == 0:
+                    self.child(name)
+                running[pid] = name
+                if done % 50 == 0:
+                    print(f"{time.strftime('%H:%M:%S')} {done} of {len(self.mutants)}", flush=True)
+            while running:
+                self.reap(running, out)
+        return True
+
+    def measure(self, items: list[pytest.Item]) -> None:
+        """Which functions every test reaches, and how long it takes."""
+        from mutmut.mutation import trampoline
+
+        hits: set[str] = set()
+        trampoline.record_trampoline_hit = lambda name, caller=None: hits.add(name)
+        os.environ["MUTANT_UNDER_TEST"] = "stats"
+        for item in items:
+            hits.clear()
+            start = time.process_time()
+            if not passes(item):
+                raise SystemExit(f"{item.nodeid} fails without any mutant; mend the tests first.")
+            self.seconds[item] = time.process_time() - start
+            for name in hits:
+                self.reached.setdefault(name, []).append(item)
+        os.environ["MUTANT_UNDER_TEST"] = ""
+        print(f"{len(items)} tests, {sum(self.seconds.values()):.0f} s", flush=True)
+        for item in sorted(items, key=lambda item: -self.seconds[item])[:40]:
+            print(f"{self.seconds[item]:6.2f} s  {item.nodeid}", flush=True)
+
+    def tests_of(self, name: str) -> list[pytest.Item]:
+        """The tests that reach a mutant's function, the fast ones of its own module first."""
+        module = name.split(".")[2]
+        own = tuple(f"test_{part}.py" for part in OWN_TESTS.get(module, (module,)))
+        reached = self.reached.get(name.rpartition("__mutmut_")[0], [])
+        near = {item: item.path.name in own and self.seconds[item] < FAST for item in reached}
+        chosen = [item for item in reached if near[item] or self.everything]
+        return sorted(chosen, key=lambda item: (not near[item], self.seconds[item]))
+
+    def child(self, name: str) -> None:
+        """Run the tests of a mutant and leave with 1 where one fails."""
+        tests = self.tests_of(name)
+        limit = int(5 + 8 * sum(self.seconds[item] for item in tests))
+        resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 1))
+        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+        silent = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(silent, 1)
+        os.dup2(silent, 2)
+        os.environ["MUTANT_UNDER_TEST"] = name
+        try:
+            code = 0 if all(passes(item) for item in tests) else 1
+        except BaseException:  # noqa: BLE001 what a mutant makes of pytest itself is a kill
+            code = 1
+        os._exit(code)
+
+    @staticmethod
+    def reap(running: dict[int, str], out) -> None:
+        """Wait for one fork and write what became of it."""
+        pid, status = os.waitpid(-1, 0)
+        code = os.waitstatus_to_exitcode(status)
+        out.write(f"{running.pop(pid)}\t{'survived' if code == 0 else 'killed' if code == 1 else 'timeout'}\n")
+        out.flush()
+
+
+def passes(item: pytest.Item) -> bool:
+    """Whether a test passes."""
+    return not any(report.failed for report in runtestprotocol(item, log=False, nextitem=None))
+
+
+def main() -> int:
+    """Collect once and run what has no result yet."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("results", type=Path)
+    parser.add_argument("--modules", nargs="*")
+    parser.add_argument("--children", type=int, default=2)
+    parser.add_argument("--again", type=Path, help="a file of mutants to run against every test, with a result or not")
+    arguments = parser.parse_args()
+    results = arguments.results.resolve()
+    again = arguments.again.read_text().split() if arguments.again else []
+    os.chdir(arguments.folder)
+    sys.path[0] = str(Path.cwd())
+    hypothesis.settings.register_profile(
+        "mutants", derandomize=True, database=None, phases=[hypothesis.Phase.explicit, hypothesis.Phase.generate]
+    )
+    hypothesis.settings.load_profile("mutants")
+    seen = {line.split("\t")[0] for line in results.read_text().splitlines()} if results.exists() else set()
+    names = []
+    for meta in sorted(Path("km_makeup/optics").glob("*.meta")):
+        if not arguments.modules or meta.name.removesuffix(".py.meta") in arguments.modules:
+            keys = json.loads(meta.read_text())["exit_code_by_key"]
+            names += [name for name in keys if name not in seen]
+    if arguments.again:
+        names = again
+    plain = ["-q", "-s", "-p", "no:cacheprovider", "-p", "no:timeout", "--import-mode=importlib", "tests/optics"]
+    return int(pytest.main(plain, plugins=[Forks(names, results, arguments.children, bool(again))]))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
