@@ -26,8 +26,8 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import MakeupError
 from .arrays import SLACK, Array, common_shape, floats, in_blocks, refuse_outside, short
 
-# Half the exponent z of the thickest film that lets any light through: exp(-2 u) is 0 beyond it, in float64 too.
-_OPAQUE = 500.0
+# Optical thicknesses whose square overflows; they are as good as infinite, and exp(-2 u) is 0 long before.
+_OPAQUE = {np.dtype(np.float64): 1e150, np.dtype(np.float32): 1e18}
 
 
 class Film(NamedTuple):
@@ -251,13 +251,13 @@ def _far(K: Array, S: Array, X: Array) -> NDArray[np.bool_] | None:
     Refuses what is no film.
     """
     largest = check_film(K, S, X)
-    limit = 1e150 if X.dtype == np.float64 else 1e18
-    # No product of the formulas can overflow below it, and exp(-2 u) takes care of the rest.
-    if (largest[0] + largest[1]) * largest[2] < limit:
+    opaque = _OPAQUE[X.dtype]
+    if (largest[0] + largest[1]) * largest[2] < opaque:
         return None
+    # Film by film and by the same bound (z is at most (K + S) X), so that none depends on what is beside it.
     root = np.sqrt(K) * np.sqrt(K + 2 * S)
     infinite = X > np.finfo(X.dtype).max / 16 / (1 + K + S)
-    thick = root * np.where(infinite, 0, X) > 2 * _OPAQUE
+    thick = root * np.where(infinite, 0, X) > opaque
     return thick | (infinite & (K + S > 0)) | np.isinf(X)
 
 

@@ -9,10 +9,7 @@ from tests import stamps
 WAITING = {
     "flat_field.json",
     "optics_mutation.md",
-    "optics_paints.md",
-    "optics_speed.md",
     "optics_sweep.md",
-    "optics_two_flux.md",
 }
 """Results written before stamps had fingerprints; each leaves this list with its next run."""
 

@@ -6,14 +6,17 @@
 fast tests of its module that reach its function, the fastest first, until one fails; with --again the slow tests and
 those of the other modules too. Processor time and memory of a fork are bounded, so that an
 endless loop is a kill and the machine stays usable. RESULTS gains a line per mutant (name, killed, survived or timeout);
-what is in it already is not run again, so a run may be stopped and resumed; the last line of a mutant counts.
+what is in it already is not run again, so a run may be stopped and resumed; the last line of a mutant counts. The order is
+shuffled by a fixed seed, so that what a stopped run has done is a random sample.
 """
 
 from __future__ import annotations
 
 import argparse
+import gc
 import json
 import os
+import random
 import resource
 import sys
 import time
@@ -29,6 +32,7 @@ OWN_TESTS = {
 }
 MEMORY = 4 << 30
 FAST = 0.3
+SEED = 20130501
 
 
 class Forks:
@@ -43,6 +47,8 @@ class Forks:
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
         """Measure every test once without a mutant, then run all mutants."""
         self.measure(session.items)
+        gc.freeze()  # a fork that collects would copy all of the memory
+        gc.disable()
         running: dict[int, str] = {}
         with self.results.open("a") as out:
             for done, name in enumerate(self.mutants):
@@ -140,10 +146,18 @@ def main() -> int:
         if not arguments.modules or meta.name.removesuffix(".py.meta") in arguments.modules:
             keys = json.loads(meta.read_text())["exit_code_by_key"]
             names += [name for name in keys if name not in seen]
+    random.Random(SEED).shuffle(names)
     if arguments.again:
         names = again
-    plain = ["-q", "-s", "-p", "no:cacheprovider", "-p", "no:timeout", "--import-mode=importlib", "tests/optics"]
-    return int(pytest.main(plain, plugins=[Forks(names, results, arguments.children, bool(again))]))
+    modules = {name.split(".")[2] for name in names}
+    files = {f"tests/optics/test_{part}.py" for module in modules for part in OWN_TESTS.get(module, (module,))}
+    plain = ["-q", "-s", "-p", "no:cacheprovider", "-p", "no:timeout", "--import-mode=importlib"]
+    return int(
+        pytest.main(
+            [*plain, *(sorted(files) if not again else ["tests/optics"])],
+            plugins=[Forks(names, results, arguments.children, bool(again))],
+        )
+    )
 
 
 if __name__ == "__main__":

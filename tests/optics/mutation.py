@@ -3,6 +3,7 @@
     python -m tests.optics.mutation                    all modules, an hour on two idle cores
     python -m tests.optics.mutation films fitting      only these
     python -m tests.optics.mutation --folder DIR films the same, in a folder that is kept: a run that was stopped goes on
+    python -m tests.optics.mutation --folder DIR --collect films the page of what a stopped run has done, a random sample
     python -m tests.optics.mutation --named            only the mistakes named below, a minute
     python -m tests.optics.mutation --total            the sums of the pages as they are
 
@@ -18,6 +19,8 @@ from __future__ import annotations
 import argparse
 import ast
 import difflib
+import json
+import math
 import os
 import re
 import shutil
@@ -181,6 +184,20 @@ def results(folder: Path, module: str) -> dict[str, str]:
     return {name: what for name, what in found.items() if name.split(".")[2] == module}
 
 
+def mutants_of(folder: Path, module: str) -> list[str]:
+    """The names of all mutants of a module."""
+    meta = folder / "mutants" / "km_makeup" / "optics" / f"{module}.py.meta"
+    return list(json.loads(meta.read_text())["exit_code_by_key"])
+
+
+def interval(hits: int, of: int) -> tuple[float, float]:
+    """95 % interval of a share (Wilson 1927)."""
+    z, share = 1.96, hits / of
+    middle = (share + z * z / (2 * of)) / (1 + z * z / of)
+    half = z / (1 + z * z / of) * math.sqrt(share * (1 - share) / of + z * z / (4 * of * of))
+    return middle - half, middle + half
+
+
 def unexplained(folder: Path, module: str) -> list[str]:
     """The survivors without a reason."""
     left = [name for name, what in results(folder, module).items() if what == "survived"]
@@ -226,7 +243,14 @@ def page(folder: Path, module: str) -> str:
     found = results(folder, module)
     count = Counter(found.values())
     survivors = sorted(name for name, what in found.items() if what == "survived")
-    lines = [f"{len(found)} mutants, {len(found) - len(survivors)} killed ({count['timeout']} of them by running on)."]
+    killed = len(found) - len(survivors)
+    lines = [f"{len(found)} mutants, {killed} killed ({count['timeout']} of them by running on)."]
+    there = len(mutants_of(folder, module))
+    if len(found) < there:
+        low, high = (100 * share for share in interval(killed, len(found)))
+        lines[0] += (
+            f" These are a random sample of the {there} there are: with 95 % {low:.1f} to {high:.1f} % are killed."
+        )
     named = named_mistakes(module)
     if named:
         lines += ["", "## Mistakes by hand", "", "| mistake | found by |", "|---|---|"]
@@ -267,6 +291,7 @@ def main() -> int:
     parser.add_argument("modules", nargs="*", choices=[[], *MODULES], metavar="MODULE", help=", ".join(MODULES))
     parser.add_argument("--named", action="store_true", help="only the mistakes named in this file")
     parser.add_argument("--total", action="store_true", help="only the sums of the pages")
+    parser.add_argument("--collect", action="store_true", help="run nothing, write the pages from --folder")
     parser.add_argument("--folder", type=Path, help="where the copy is made and kept")
     parser.add_argument("--children", type=int, default=2, help="processes at a time")
     arguments = parser.parse_args()
@@ -275,7 +300,10 @@ def main() -> int:
         for mistake, test in found:
             print(f"{mistake.name}: {test or 'NOT FOUND'}")
         return 0 if all(test for _, test in found) else 1
-    if not arguments.total:
+    if arguments.collect:
+        for module in arguments.modules or MODULES:
+            write_page(arguments.folder, module)
+    elif not arguments.total:
         with tempfile.TemporaryDirectory() as temporary:
             run_modules(arguments.folder or Path(temporary) / "copy", arguments.modules or MODULES, arguments.children)
     wrong = total()[2]
@@ -293,13 +321,13 @@ def run_modules(folder: Path, modules: Sequence[str], children: int) -> None:
         if left:
             (folder / "left.txt").write_text("\n".join(left))
             run_mutants(folder, "--children", str(children), "--modules", module, "--again", str(folder / "left.txt"))
-        command = f"python -m tests.optics.mutation {module}"
-        covers = [f"km_makeup/optics/{module}.py"]
-        print(
-            write_markdown(
-                f"optics_mutation_{module}.md", f"Mutants of {module}", command, covers, page(folder, module)
-            )
-        )
+        write_page(folder, module)
+
+
+def write_page(folder: Path, module: str) -> None:
+    """Write the page of a module from what was run in the folder."""
+    command, covers = f"python -m tests.optics.mutation {module}", [f"km_makeup/optics/{module}.py"]
+    print(write_markdown(f"optics_mutation_{module}.md", f"Mutants of {module}", command, covers, page(folder, module)))
 
 
 if __name__ == "__main__":

@@ -110,6 +110,28 @@ def test_thick_films_are_reached_without_a_step(dtype: type) -> None:
     assert slope.max() < 500 * eps
 
 
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_a_film_does_not_care_what_is_beside_it(dtype: type) -> None:
+    """Infinite, as good as infinite, thick, white and absent films in one array are each as alone."""
+    huge = dtype(np.finfo(dtype).max / 4)
+    X = np.array([0.1, np.inf, 0.2, huge, huge, np.inf, np.inf, 800, 400, 1e-3, huge / 8, 3], dtype)
+    K = np.array([2, 3, 0, 2, 0, 0, 0, 1, 1, 1e5, 5, 0], dtype)
+    S = np.array([5, 7, 4, 5, 3, 3, 0, 0.5, 0.5, 1e5, 0.1, 9], dtype)
+    with np.errstate(all="raise", under="ignore"):
+        together, over_white = film(K, S, X), film_over(K, S, X, np.full(12, 0.75, dtype))
+        for i in range(12):
+            alone = film(K[i : i + 1], S[i : i + 1], X[i : i + 1])
+            for name, one, beside in zip("RTA", alone, together, strict=True):
+                assert one[0] == beside[i], (name, i)
+            assert film_over(K[i : i + 1], S[i : i + 1], X[i : i + 1], np.full(1, 0.75, dtype))[0] == over_white[i]
+    opaque = [1, 3, 4, 5, 10]
+    np.testing.assert_array_equal(together.R[opaque], opaque_reflectance(K, S)[opaque])
+    np.testing.assert_array_equal(together.T[opaque], 0)
+    assert together.T[7] == 0
+    assert np.all(together.T[[0, 2, 8, 9, 11] if dtype is np.float64 else [0, 2, 11]] > 0)
+    np.testing.assert_allclose(together.A, 1 - together.R.astype(float) - together.T, atol=8 * np.finfo(dtype).eps)
+
+
 def test_opaque_reflectance_of_nothing_is_zero() -> None:
     assert opaque_reflectance(0.0, 0.0) == 0
     np.testing.assert_array_equal(opaque_reflectance([0.0, 1.0], [0.0, 0.0]), [0, 0])
@@ -166,6 +188,9 @@ def test_empty_arrays_stay_empty() -> None:
         ((np.inf, 1.0, 1.0), "K"),
         ((1.0, np.inf, 1.0), "S"),
         ((-1.0, -1.0, 1.0), "K"),
+        ((0.5, 0.5, -0.1), "X"),
+        ((0.5, -0.5, 0.5), "S"),
+        ((0.5, 0.5, np.nan), "X"),
     ],
 )
 def test_what_is_no_film_is_refused_with_its_name_and_value(values: tuple, name: str) -> None:
@@ -175,7 +200,8 @@ def test_what_is_no_film_is_refused_with_its_name_and_value(values: tuple, name:
         lambda: film_over(*values, 0.5),
         lambda: film(*(np.full(70_000, v) for v in values)),
     ):
-        with pytest.raises(MakeupError, match=f"^{name} of a film must be .* not {wrong}"):
+        unit = "mm" if name == "X" else "1/mm"
+        with pytest.raises(MakeupError, match=f"^{name} of a film must be a number of 0 {unit} or more, not {wrong}; "):
             call()
     if name != "X":
         with pytest.raises(MakeupError, match=f"^{name} of a film"):

@@ -253,3 +253,92 @@ def test_an_interface_may_differ_by_wavelength() -> None:
     np.testing.assert_allclose(fit.K, K, rtol=1e-8)
     np.testing.assert_allclose(fit.S, S, rtol=1e-8)
     assert invert_films(R[..., 0], R_g[:, None], films, noise=np.inf).status.tolist() == [Status.OUT_OF_RANGE] * 2
+
+
+def misfit(theta: np.ndarray, R: np.ndarray, R_g: np.ndarray, X: np.ndarray, noise: float, smoothness: float) -> float:
+    """What a fit with the prior makes least: readings off in units of the noise, bends of ln K and ln S in those of the prior."""
+    off = (R - readings(*np.exp(theta), X, R_g)) / noise
+    bends = np.diff(theta, n=2, axis=-1) / smoothness
+    return np.sum(off**2) + np.sum(bends**2)
+
+
+def few(wavelengths: int = 5, noise: float = 0.003) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Noisy readings of three films of one product, their backings, and thicknesses, one of them opaque."""
+    wave = np.linspace(0, 1, wavelengths)
+    K, S, X, R_g = (
+        np.exp(1.5 * np.sin(5 * wave)),
+        np.exp(3 - wave),
+        np.array([0.02, 0.08, np.inf]),
+        np.array([[0.8], [0.1], [0.5]]),
+    )
+    R = readings(K, S, X, R_g) + np.random.default_rng(4).normal(0, noise, (3, wavelengths))
+    return R, R_g, X
+
+
+def slopes(theta: np.ndarray, R_g: np.ndarray, X: np.ndarray) -> np.ndarray:
+    """Derivatives of the readings to ln K and ln S, (films, wavelengths, 2), by differences of the model itself."""
+    h = 1e-6
+    steps = (np.array([[h], [0]]), np.array([[0], [h]]))
+    return np.stack(
+        [(readings(*np.exp(theta + s), X, R_g) - readings(*np.exp(theta - s), X, R_g)) / (2 * h) for s in steps],
+        axis=-1,
+    )
+
+
+@pytest.mark.parametrize("smoothness", [0.02, 0.5])
+def test_a_fit_with_the_prior_is_the_least_of_misfit_and_bends(smoothness: float) -> None:
+    R, R_g, X = few()
+    fit = invert_films(R, R_g, X, interface=AIR, noise=0.003, smoothness=smoothness)
+    theta = np.log([fit.K, fit.S])
+    least = misfit(theta, R, R_g, X, 0.003, smoothness)
+    for move in np.eye(10).reshape(10, 2, 5) * 3e-4:
+        assert misfit(theta + move, R, R_g, X, 0.003, smoothness) > least
+        assert misfit(theta - move, R, R_g, X, 0.003, smoothness) > least
+    # Two spectra with opposite noise, fitted at once: each is the least of its own.
+    both = np.stack([R, 2 * readings(fit.K, fit.S, X, R_g) - R], axis=1)
+    pair = invert_films(both, R_g[:, None], X, interface=AIR, noise=0.003, smoothness=smoothness)
+    np.testing.assert_allclose(pair.K[0], fit.K, rtol=1e-5)
+    np.testing.assert_allclose(pair.S[0], fit.S, rtol=1e-5)
+    assert np.all(np.abs(pair.K[1] / fit.K - 1) < 0.5)
+
+
+def test_errors_and_conditions_of_a_fit_are_those_of_its_normal_matrix() -> None:
+    R, R_g, X = few()
+    fit = invert_films(R, R_g, X, interface=AIR, noise=0.003)
+    theta = np.log([fit.K, fit.S])
+    J = slopes(theta, R_g, X)
+    gain = np.stack([np.linalg.pinv(J[:, i]) for i in range(5)], axis=1)
+    np.testing.assert_allclose(
+        np.sqrt(np.sum(gain**2, axis=-1)) * 0.003, [fit.K_error / fit.K, fit.S_error / fit.S], rtol=1e-4
+    )
+    condition = 1 + np.sum(np.abs(gain) * R.T, axis=-1)
+    np.testing.assert_allclose(condition, [fit.K_condition, fit.S_condition], rtol=1e-4)
+    off = R - readings(fit.K, fit.S, X, R_g)
+    np.testing.assert_allclose(fit.residual, np.sqrt(np.mean(off**2, axis=0)), rtol=1e-6)
+    np.testing.assert_allclose(np.einsum("fi,fic->ic", off, J), 0, atol=1e-8)
+    # Not given, the noise is that of the residuals, by their one degree of freedom; twice as sure readings weigh four times.
+    guessed = invert_films(R, R_g, X, interface=AIR)
+    np.testing.assert_allclose(guessed.K, fit.K, rtol=1e-6)
+    np.testing.assert_allclose(guessed.K_error / fit.K_error, np.sqrt(np.sum(off**2, axis=0)) / 0.003, rtol=1e-4)
+    weighed = invert_films(R, R_g, X, interface=AIR, noise=np.array([[0.0015], [0.003], [0.003]]))
+    weights = np.array([4.0, 1, 1])[:, None]
+    off = R - readings(weighed.K, weighed.S, X, R_g)
+    J = slopes(np.log([weighed.K, weighed.S]), R_g, X)
+    np.testing.assert_allclose(np.einsum("fi,fic->ic", weights * off, J), 0, atol=1e-8)
+
+
+@pytest.mark.parametrize("noise", [0.003, None])
+def test_errors_with_the_prior_are_those_of_its_normal_matrix(noise: float | None) -> None:
+    R, R_g, X = few()
+    fit = invert_films(R, R_g, X, interface=AIR, noise=noise, smoothness=0.3)
+    J = slopes(np.log([fit.K, fit.S]), R_g, X)
+    off = R - readings(fit.K, fit.S, X, R_g)
+    scale = np.full(5, 0.003) if noise else np.sqrt(np.sum(off**2, axis=0))
+    bends = np.diff(np.eye(5), n=2, axis=0) / 0.3
+    normal = np.kron(np.eye(2), bends.T @ bends)
+    for i in range(5):
+        for a in range(2):
+            for b in range(2):
+                normal[5 * a + i, 5 * b + i] += J[:, i, a] @ J[:, i, b] / scale[i] ** 2
+    expected = np.sqrt(np.diag(np.linalg.inv(normal))).reshape(2, 5)
+    np.testing.assert_allclose([fit.K_error / fit.K, fit.S_error / fit.S], expected, rtol=1e-3)

@@ -197,6 +197,22 @@ def test_shapes_that_do_not_go_together_are_named(call: Callable) -> None:
         (lambda: optics.invert_films([[0.3], [0.4]], 0.1, [0.1, 0.2], smoothness=0.0), "smoothness must be"),
         (lambda: optics.invert_films([[0.3], [0.4]], 0.1, [0.1, 0.2], smoothness=np.nan), "smoothness must be"),
         (lambda: optics.invert_films([[0.3], [0.4]], 0.1, [0.1, 0.2], smoothness=[0.1, 0.2]), "smoothness must be one"),
+        (
+            lambda: optics.film_over(1.0, 1.0, 0.1, 1.5),
+            "^The reflectance of a backing must be a number from 0 to 1, not 1.5;",
+        ),
+        (
+            lambda: optics.film_over(1.0, 1.0, 0.1, -0.5),
+            "^The reflectance of a backing must be a number from 0 to 1, not -0.5",
+        ),
+        (
+            lambda: optics.over(0.1, 0.5, 0.1, 1.5),
+            "^The reflectance of a backing must be a number from 0 to 1, not 1.5;",
+        ),
+        (
+            lambda: optics.over(0.1, 0.5, 0.1, [0.5, -0.5]),
+            "^The reflectance of a backing must be a number from 0 to 1, not -0.5",
+        ),
         (lambda: optics.stack([0.5, ONE]), "made of what film, stack"),
         (lambda: optics.lay(ONE, (0.1, 0.2, 0.7)), "made of what film, stack"),
         (lambda: optics.powder(None, 0.5), "made of what film, stack"),
@@ -229,6 +245,8 @@ def test_no_direction_has_no_highlight() -> None:
 
 def test_rounding_beyond_zero_or_one_is_no_error() -> None:
     assert optics.film_over(1.0, 2.0, 0.1, 1 + 1e-7) == pytest.approx(optics.film_over(1.0, 2.0, 0.1, 1.0), abs=1e-6)
+    assert optics.over(0.1, 0.5, 0.1, 1 + 1e-7) == pytest.approx(optics.over(0.1, 0.5, 0.1, 1.0), abs=1e-6)
+    assert optics.over(0.1, 0.5, 0.1, -1e-7) == pytest.approx(0.1, abs=1e-6)
     assert optics.apparent(1 + 1e-7, AIR) == pytest.approx(1 - AIR.k1, abs=1e-6)
     assert optics.powder(ONE, 1 + 1e-7).T == pytest.approx(ONE.T, abs=1e-6)
 
