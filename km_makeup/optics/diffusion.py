@@ -93,6 +93,8 @@ SKIN = GaussianProfile(
 def burley(r: ArrayLike, d: ArrayLike) -> Array:
     """Normalised diffusion profile (exp(-r/d) + exp(-r/(3 d)))/(8 pi d r), 1/mm^2, for r > 0 and d > 0 in mm.
 
+    Within 4 eps (1 + r/d) relative.
+
     Source: Burley 2015 (Christensen and Burley 2015, Eq 2).
     """
     r, d = _distances(r, d)
@@ -101,7 +103,7 @@ def burley(r: ArrayLike, d: ArrayLike) -> Array:
 
 
 def burley_within(r: ArrayLike, d: ArrayLike) -> Array:
-    """Share of the light that leaves within r, 1 - exp(-r/d)/4 - 3 exp(-r/(3 d))/4 (Burley 2015); r and d in mm."""
+    """Share of the light that leaves within r, 1 - exp(-r/d)/4 - 3 exp(-r/(3 d))/4 (Burley 2015); r and d in mm; to 4 eps."""
     r, d = _distances(r, d)
     x = r / d
     return -0.25 * np.expm1(-x) - 0.75 * np.expm1(-x / 3)

@@ -33,7 +33,7 @@ class PowderRule(Enum):
 def powder(one: Film | Stack, fraction: ArrayLike) -> Stack:
     """A film that covers an area fraction (0..1), its R, T and A averaged with those of nothing (rule FINE).
 
-    Raises a `MakeupError` for what is no fraction.
+    Adds 2 eps to what the film's own values are off. Raises a `MakeupError` for what is no fraction.
     """
     layer = as_stack(one)
     *fields, share = floats(*layer, fraction)
