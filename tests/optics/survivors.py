@@ -36,6 +36,19 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
     ("films.x__film", r"far, 1, X", "Equivalent: the value is masked, the opaque film is written over it."),
     ("films.x__lay", r"d -= d", "Equivalent: between two mirrors no light is divided, by 1 or by -1."),
     ("films.x__put_opaque", r"total = |or A is not", "Equivalent: masked; T and A are given both or neither."),
+    (
+        "films.x__lay",
+        r"where=much\) =>",
+        "Equivalent: both forms of the denominator are right where the parts of a stack add up to 1.",
+    ),
+    (
+        "fitting.x__prepare",
+        r'\("r", R\)|\("XXRXX", R\)',
+        "Equivalent: the name stands in a message that the readings themselves cannot call for.",
+    ),
+    ("films.x_as_stack", r"short\(None\)", "The message only."),
+    ("fitting.x__like_readings", r"R\.shape\[1\]|R\.ndim", "The message only."),
+    ("fitting.x__judge", r"1[67] \* rounding", "How many roundings count as none: 16 or 17."),
     ("films.x_stack", r"np\.(zeros|ones)\(None", "Equivalent: numpy takes None for a shape of no axes."),
     ("films.x_opaque_reflectance", r"np\.zeros", "Equivalent: the dtype of a number that is only compared."),
     (

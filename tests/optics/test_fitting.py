@@ -342,3 +342,20 @@ def test_errors_with_the_prior_are_those_of_its_normal_matrix(noise: float | Non
                 normal[5 * a + i, 5 * b + i] += J[:, i, a] @ J[:, i, b] / scale[i] ** 2
     expected = np.sqrt(np.diag(np.linalg.inv(normal))).reshape(2, 5)
     np.testing.assert_allclose([fit.K_error / fit.K, fit.S_error / fit.S], expected, rtol=1e-3)
+
+
+def test_the_noise_of_five_films_has_three_degrees_of_freedom() -> None:
+    X, R_g = np.array([0.02, 0.05, 0.1, 0.05, np.inf]), np.array([[0.8], [0.1], [0.1], [0.8], [0.5]])
+    K, S = np.array([3.0]), np.array([9.0])
+    R = readings(K, S, X, R_g) + np.random.default_rng(2).normal(0, 0.002, (5, 1))
+    known, guessed = (invert_films(R, R_g, X, interface=AIR, noise=noise) for noise in (0.002, None))
+    off = R - readings(known.K, known.S, X, R_g)
+    expected = np.sqrt(np.sum(off**2, axis=0) / 3) / 0.002
+    np.testing.assert_allclose(guessed.K_error / known.K_error, expected, rtol=1e-4)
+
+
+def test_three_wavelengths_are_enough_for_the_prior() -> None:
+    R, R_g, X = few(3)
+    bent, straight = (invert_films(R, R_g, X, interface=AIR, noise=0.003, smoothness=s) for s in (None, 1e-5))
+    assert abs(np.diff(np.log(bent.K), n=2)[0]) > 0.1
+    assert abs(np.diff(np.log(straight.K), n=2)[0]) < 1e-3
