@@ -11,6 +11,7 @@ import ctypes
 import json
 import logging
 import os
+import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -74,7 +75,7 @@ def _head_arguments(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--object", help="name of the head's mesh object (default: found)")
     sub.add_argument(
         "--layer", action="append", default=[], metavar="PRODUCT[=MAP[#CHANNEL]][@THICKNESSum]",
-        help="a layer, bottom to top; without a map the whole face, without a thickness the product's usual one",
+        help="a layer, bottom to top; without a map all of the object's skin, without a thickness the product's usual one",
     )  # fmt: skip
     sub.add_argument("--look", help="a look file (.json); --layer adds layers on top of it")
     sub.add_argument(
@@ -101,7 +102,11 @@ def _render_parser(sub: argparse.ArgumentParser) -> None:
         "--reference", nargs="?", type=int, const=256, default=0, metavar="SAMPLES",
         help="also path trace each view in Cycles (default: 256 samples) and write the difference beside it",
     )  # fmt: skip
-    sub.add_argument("--out", default="makeup.png", help=".png or .exr, or a folder when there are several views")
+    sub.add_argument(
+        "--out",
+        default="makeup.png",
+        help=".png or .exr, or a folder when there are several views (default: makeup.png)",
+    )
     sub.add_argument("--save", help="also save the scene as this .blend")
 
 
@@ -110,7 +115,29 @@ def _bake_parser(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--resolution", type=int, default=0, help="width and height in texels (default: the maps')")
     sub.add_argument("--finished", action="store_true", help="also the finished albedo over the skin's texture")
     sub.add_argument("--float", action="store_true", help="32-bit textures instead of 16-bit half floats")
-    sub.add_argument("--out", default="makeup_textures", help="folder for the textures")
+    sub.add_argument("--out", default="makeup_textures", help="folder for the textures (default: makeup_textures)")
+
+
+class _Ended(BaseException):
+    """The process was asked to end: temporary files are tidied away on the way out."""
+
+
+@contextlib.contextmanager
+def _ending_tidily() -> Iterator[None]:
+    """SIGTERM unwinds like Ctrl-C, so that no half-written file stays."""
+
+    def end(*_: object) -> None:
+        raise _Ended
+
+    try:
+        before = signal.signal(signal.SIGTERM, end)
+    except ValueError:  # only the main thread may listen to signals
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -121,28 +148,35 @@ def main(arguments: Sequence[str]) -> int:
         return int(end.code or 0)
     logging.basicConfig(level=options.log.upper(), format="%(message)s", stream=sys.stderr, force=True)
     try:
-        return options.run(options)
+        with _ending_tidily():
+            return options.run(options)
     except MakeupError as error:
         print(f"km_makeup: {error}", file=sys.stderr)
         return BAD_INPUT
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, _Ended) as reason:
         print("km_makeup: stopped; files written before are whole", file=sys.stderr)
-        return 130
+        return 130 if isinstance(reason, KeyboardInterrupt) else 143
 
 
 @contextlib.contextmanager
-def _blender_aside(aside: bool) -> Iterator[None]:
-    """What Blender and its importers write to standard output goes to standard error, so that JSON stands there alone."""
-    if not aside:
-        yield
-        return
+def _blender_aside() -> Iterator[None]:
+    """What Blender and its importers write to standard output is not shown, unless with --log debug, and then on standard error.
+
+    Standard output is for results; Blender's lines name temporary files that are gone when they are read.
+    """
     libc = ctypes.cdll.ucrtbase if os.name == "nt" else ctypes.CDLL(None)
     sys.stdout.flush()
     libc.fflush(None)
     standard_output = os.dup(1)
-    os.dup2(2, 1)
+    shown = logging.getLogger().isEnabledFor(logging.DEBUG)
+    aside = os.dup(2) if shown else os.open(os.devnull, os.O_WRONLY)
+    os.dup2(aside, 1)
+    os.close(aside)
     try:
-        with contextlib.redirect_stdout(sys.stderr):
+        with (
+            open(os.devnull, "w", encoding="utf-8") as nowhere,
+            contextlib.redirect_stdout(sys.stderr if shown else nowhere),
+        ):
             yield
     finally:
         libc.fflush(None)
@@ -239,7 +273,7 @@ def _render(options: argparse.Namespace) -> int:
         save=save,
         reference_samples=_between(options.reference, "--reference", 0, 2**24),
     )
-    with _blender_aside(options.json):
+    with _blender_aside():
         from .blender.commands import run_render
 
         result = run_render(job)
@@ -263,17 +297,20 @@ def _bake(options: argparse.Namespace) -> int:
         finished=options.finished,
         full_float=options.float,
     )
-    with _blender_aside(options.json):
+    with _blender_aside():
         from .blender.commands import run_bake
 
         files, seconds = run_bake(job)
     if options.json:
         print(json.dumps({"files": {k: str(v) for k, v in files.items()}, "seconds": round(seconds, 3)}))
+    else:
+        for path in files.values():
+            print(path)
     return OK
 
 
 def _doctor(options: argparse.Namespace) -> int:
-    with _blender_aside(options.json):
+    with _blender_aside():
         from .blender.commands import run_doctor
 
         findings = run_doctor()

@@ -15,6 +15,7 @@ from ..files import ensure_folder, replacing
 from ..jobs import BakeJob, HeadJob, RenderJob, RenderResult
 from . import baking, looks, makeup, register, rendering, studio
 from .doctor import Finding, examine
+from .library import library
 from .reference import make_reference
 from .update import paused
 
@@ -105,17 +106,22 @@ def _save(path: Path) -> None:
 def run_bake(job: BakeJob) -> tuple[dict[str, Path], float]:
     """Bake the head's makeup; files by texture name and the seconds it took."""
     ensure_registered()
-    folder = ensure_folder(job.folder)
     obj = _prepare(job.head, bare=False)
     if not obj.km_makeup.slots:
         raise MakeupError("There is no makeup to bake; give --look or --layer, or a .blend that has some.")
+    folder = ensure_folder(job.folder)
     start = time.perf_counter()
     report = _bake_into(obj, folder, job.finished, job.resolution, job.full_float)
     return (report.files if report else {}), time.perf_counter() - start
 
 
 def _prepare(job: HeadJob, bare: bool) -> bpy.types.Object:
-    """The head in the scene with its look on."""
+    """The head in the scene with its look on; what the look names is looked for before the head is opened."""
+    products = job.look.with_carried(library())
+    for layer in job.look.layers:
+        products.find(layer.product)
+        if layer.map and not Path(layer.map).is_file():
+            raise MakeupError(f"The map {layer.map} does not exist; check the path of the layer {layer.product}.")
     head = studio.open_head(job.head, job.skin, job.object)
     for line in head.said:
         log.info(line)
@@ -127,6 +133,8 @@ def _prepare(job: HeadJob, bare: bool) -> bpy.types.Object:
         return obj
     if job.look.layers:
         looks.apply_look(obj, job.look)
+    elif not obj.km_makeup.layers:
+        log.info("%s has no makeup; give --look or --layer to put some on", obj.name)
     for layer in obj.km_makeup.layers:
         name = layer.map.name if layer.map else "none"
         log.info("layer: %s, %.3g µm, map %s", layer.product, layer.thickness_um, name)
@@ -156,6 +164,7 @@ def _colour(obj: bpy.types.Object, job: RenderJob) -> None:
         makeup.refresh(obj)
         return
     folder = next(iter(job.targets.values())).parent / "textures"
+    log.info("textures: %s", folder)
     _bake_into(obj, folder, job.colour == "finished")
 
 

@@ -306,6 +306,50 @@ def test_standard_output_of_a_process_is_the_json_alone(python_with_bpy, files, 
     assert json.loads(ran.stdout)["seconds" if command == "bake" else "pictures"]
 
 
+def test_standard_output_of_a_process_is_the_files_alone(python_with_bpy, files, tmp_path):
+    ran = shell(
+        "bake", str(files / "head.obj"), "--layer", f"lipstick-berry={files / 'lips.png'}", "--out", str(tmp_path / "t")
+    )
+    assert ran.returncode == 0, ran.stderr
+    written = [Path(line) for line in ran.stdout.splitlines()]
+    assert sorted(written) == sorted((tmp_path / "t").iterdir()) and len(written) == 4
+
+
+@pytest.mark.parametrize(
+    ("layer", "message"), [("no-such-product", "no-such-product"), ("lipstick-berry=none.png", "none.png")]
+)
+def test_what_a_look_names_is_looked_for_before_the_head_is_opened(run, monkeypatch, layer, message):
+    from km_makeup.blender import studio
+
+    monkeypatch.setattr(studio, "open_head", lambda *_: pytest.fail("the head was opened"))
+    code, _, err = run("render", "FILES/head.obj", "--layer", layer, "--log", "error")
+    assert code == 2 and message in err[-1]
+
+
+def test_a_bake_of_nothing_leaves_no_folder(run, tmp_path):
+    code, _, err = run("bake", "FILES/head.obj", "--out", str(tmp_path / "new"), "--log", "error")
+    assert code == 2 and "no makeup to bake" in err[-1] and not (tmp_path / "new").exists()
+
+
+def test_a_process_that_is_asked_to_end_tidies_up(monkeypatch, capsys, tmp_path):
+    import os
+    import signal
+
+    from km_makeup import cli
+    from km_makeup.files import replacing
+
+    def ends_itself(*_):
+        with replacing(tmp_path / "a.png"):
+            os.kill(os.getpid(), signal.SIGTERM)
+            pytest.fail("it went on")
+
+    monkeypatch.setattr(cli, "_doctor", ends_itself)
+    before = signal.getsignal(signal.SIGTERM)
+    assert cli.main(["doctor"]) == 143
+    assert "stopped" in capsys.readouterr().err and not list(tmp_path.iterdir())
+    assert signal.getsignal(signal.SIGTERM) is before
+
+
 def test_the_doctor_finds_all_well(run):
     code, out, _ = run("doctor", "--json")
     findings = json.loads(out)
