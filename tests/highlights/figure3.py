@@ -39,7 +39,7 @@ def two_lamps(head: bpy.types.Object) -> None:
         if obj.type == "LIGHT":
             obj.hide_render = True
     tip = studio.nose_tip(head)
-    for name, place, watts in (("Figure key", (-0.35, -0.8, 0.5), 9.0), ("Figure side", (0.8, -0.3, 0.1), 2.0)):
+    for name, place, watts in (("Figure key", (-0.35, -0.8, 0.5), 60.0), ("Figure side", (0.8, -0.3, 0.1), 12.0)):
         data = bpy.data.lights.new(name, "POINT")
         data.energy, data.shadow_soft_size = watts, 0.03
         data.shadow_maximum_resolution, data.shadow_filter_radius = 1e-5, 0
@@ -53,7 +53,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--head", type=Path, default=CHECKOUT / "sample_blend" / "head.blend")
     parser.add_argument("--product", default="foundation-light")
-    parser.add_argument("--thickness", type=float, default=12.0, help="micrometres (default: 12)")
+    parser.add_argument("--thickness", type=float, default=6.0, help="micrometres (default: 6)")
     parser.add_argument("--rule", default="paper", choices=["paper", "coverage"])
     parser.add_argument("--view", default="three-quarter")
     parser.add_argument("--size", default="400x500")

@@ -2,8 +2,9 @@
 
     python -m tests.highlights.large_lamps        the table, and tests/results/highlights_large_lamps.md (some seconds)
 
-Truth is `optics.kelemen` integrated over a round lamp of even radiance; the nodes add rho^2/8 to the slope variance of the
-lobe (rho the lamp's radius over its distance) and take the light from its middle. Differences are of the highlight over
+Truth is `optics.kelemen` integrated over a round lamp of even radiance that faces the skin; the nodes add rho^2/16 (1 + 1/cos^2
+theta_d) to the slope variance of the lobe (rho the lamp's radius over its distance, theta_d the angle between lamp and half
+vector) and take the light from its middle. Differences are of the highlight over
 views in the plane of incidence and 30 degrees beside it, as a share of the true peak.
 """
 
@@ -63,7 +64,8 @@ def errors(m: float, radius: float, incidence: float) -> tuple[float, float]:
     # Per irradiance of a surface that faces the lamp: cosine of each place over its cosine to the lamp's axis.
     share = weights * np.maximum(lights[:, 2], 0) / (lights @ middle)
     truth = (kelemen(normal, lights[None], views[:, None], m, F0) * share).sum(axis=1)
-    spread = np.tan(np.radians(radius)) ** 2 / 8
+    length2 = np.maximum(((middle + views) ** 2).sum(axis=-1), 0.12)
+    spread = np.tan(np.radians(radius)) ** 2 / 8 * (0.5 + 2 / length2)
     drawn = kelemen(normal, middle[None], views, np.sqrt(m * m + spread), F0) * middle[2]
     peak = truth.max()
     return float(np.abs(drawn - truth).max() / peak), float(drawn.max() / peak - 1)

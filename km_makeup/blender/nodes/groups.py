@@ -19,7 +19,7 @@ from ...makeup.transfer import Transfer
 from .expression import Colour, Scalar, Tree
 from .weights import FilmHighlight, named, output_baked_weights, output_weights, ramp, retune_weights, set_stops
 
-VERSION = 3
+VERSION = 4
 """Raised when a builder changes what it builds; groups of other versions are built again."""
 
 KIND, STAMP, SIGNATURE = "km_makeup_group", "km_makeup_version", "km_makeup_signature"

@@ -16,6 +16,9 @@ from .expression import Colour, Scalar, Tree
 from .groups import owned_group
 
 TINY = 1e-12
+LEAST_LENGTH2 = 0.12
+"""Below this |L + V|^2 (80 degrees between lamp and half vector) the size of a lamp widens its highlight no more."""
+
 
 
 class LampKind(Enum):
@@ -50,7 +53,11 @@ def half_vector_group() -> bpy.types.NodeTree:
 
 
 def kelemen_group() -> bpy.types.NodeTree:
-    """One lobe of the BRDF (1/sr), from what `half_vector_group` gives."""
+    """One lobe of the BRDF (1/sr), from what `half_vector_group` gives.
+
+    A disc of directions moves the half vector by half as much in the plane of incidence, and by 1/(2 cos theta_d) across
+    it: the lobe is round, so the slope variance is the mean of the two.
+    """
 
     def build(tree: Tree) -> None:
         slope2 = tree.scalar_input("Slope2", "tan^2 of the angle between normal and half vector")
@@ -61,7 +68,7 @@ def kelemen_group() -> bpy.types.NodeTree:
         f0 = tree.scalar_input("F0", "Reflectance at normal incidence, 0..1", 0.028)
         spread = tree.scalar_input("Spread", "Slope variance added for the size of the lamp")
         m = roughness.maximum(ROUGHNESS_LEAST)
-        m2 = m * m + spread
+        m2 = m * m + spread * (0.5 + 2.0 / length2.maximum(LEAST_LENGTH2))
         exponent = 0.0 - slope2 / m2 - logarithm - (math.pi * m2).log()
         fresnel = f0 + (1.0 - f0) * grazing
         tree.output("BRDF", exponent.exp() * fresnel / length2, "Specular BRDF, 1/sr")
