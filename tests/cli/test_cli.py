@@ -176,6 +176,10 @@ def test_of_several_views_the_good_ones_are_rendered_and_the_exit_code_says_so(r
 
 BAD = {
     "no head": (["render", "nothing.obj"], "nothing.obj does not exist"),
+    "a reference of Cycles": (
+        ["render", "FILES/head.obj", "--engine", "cycles", "--reference", "8"],
+        "use it with --engine eevee",
+    ),
     "another format": (["render", "FILES/head.fbx"], "export the head as one of these"),
     "a broken blend": (["render", "FILES/broken.blend"], "is it a Blender file"),
     "no mesh": (["render", "FILES/empty.obj"], "holds no mesh"),
