@@ -20,7 +20,6 @@ LEAST_LENGTH2 = 0.12
 """Below this |L + V|^2 (80 degrees between lamp and half vector) the size of a lamp widens its highlight no more."""
 
 
-
 class LampKind(Enum):
     """The kinds of lamp, by Blender's names."""
 
