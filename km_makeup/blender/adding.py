@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import bpy
 
+from ..errors import MakeupError
+
 MAP_SIZE = 2048
 """Width and height in texels of the first map of a head; later ones have the size of those that are there."""
 
@@ -32,13 +34,36 @@ def add_layer(context: bpy.types.Context, obj: bpy.types.Object, product_id: str
         makeup.set_up(obj)
     sizes = [layer.map.size[:] for layer in obj.km_makeup.layers if layer.map]
     width, height = max(sizes) if sizes else (MAP_SIZE, MAP_SIZE)
-    with one_update(obj):
-        with paused():
+    active, image = obj.km_makeup.active, images.new_map(f"{obj.name} {product.name}", width, height)
+    try:
+        with one_update(obj), paused():
             layer = obj.km_makeup.layers.add()
             layer.name, layer.product, layer.thickness_um = product.name, product.id, product.thickness_um
             layer.roughness, layer.f0 = max(product.finish.roughness, 0.02), product.finish.f0
-            layer.map = images.new_map(f"{obj.name} {product.name}", width, height)
+            layer.map = image
             obj.km_makeup.active = len(obj.km_makeup.layers) - 1
             obj.km_makeup.paints_exclusion = False
-        painting.set_canvas(context.scene, layer.map)
+    except MakeupError:
+        with paused():
+            obj.km_makeup.layers.remove(len(obj.km_makeup.layers) - 1)
+            obj.km_makeup.active = active
+        bpy.data.images.remove(image)
+        raise
+    painting.set_canvas(context.scene, image)
     return obj.km_makeup.layers[obj.km_makeup.active]
+
+
+def skin_material(obj: bpy.types.Object) -> bpy.types.Material:
+    """A plain skin in the first slot of an object that has no material: Principled, scattering in millimetres."""
+    material = bpy.data.materials.new("Skin")
+    shader = next(n for n in material.node_tree.nodes if n.bl_idname == "ShaderNodeBsdfPrincipled")
+    shader.inputs["Base Color"].default_value = (0.52, 0.31, 0.22, 1)
+    shader.inputs["Subsurface Weight"].default_value = 1
+    shader.inputs["Subsurface Radius"].default_value = (3.67, 1.37, 0.68)
+    shader.inputs["Subsurface Scale"].default_value = 0.001
+    shader.inputs["Roughness"].default_value = 0.45
+    if obj.material_slots:
+        obj.material_slots[0].material = material
+    else:
+        obj.data.materials.append(material)
+    return material

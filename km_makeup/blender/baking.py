@@ -63,6 +63,8 @@ def bake_steps(obj: bpy.types.Object, scene: bpy.types.Scene) -> Generator[tuple
     if not plan.any_film:
         refresh(obj, scene)
         return None
+    if not makeup.folder.strip():
+        raise MakeupError("No folder is given for the textures of the bake; choose one under Bake > Folder.")
     if makeup.folder.startswith("//") and not bpy.data.filepath:
         raise MakeupError(
             f"The folder {makeup.folder} lies beside the .blend, which is not saved yet; save it, or choose another folder."

@@ -6,6 +6,7 @@ while the plan lists a film. The slot and its original are remembered, so taking
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import bpy
@@ -44,7 +45,7 @@ DRESSING = "km_makeup_dressing"
 def set_up(obj: bpy.types.Object, slots: list[int] | None = None, uv_map: str | None = None) -> None:
     """Make an object ready for makeup; nothing is visible before a layer is painted.
 
-    Parameters: ``slots`` indices of the skin's material slots (default: all that hold a usable material);
+    Parameters: ``slots`` indices of the skin's material slots (default: those that `skin_slots` takes for skin);
     ``uv_map`` the UV map the cosmetic maps lie on (default: the active one).
 
     Raises MakeupError where the object has no mesh, UV map or material to work with; it is then as before.
@@ -66,7 +67,7 @@ def set_up(obj: bpy.types.Object, slots: list[int] | None = None, uv_map: str | 
         raise MakeupError(
             f"{obj.name!r} has no UV map named {uv_map!r}; it has {', '.join(layer.name for layer in layers)}."
         )
-    chosen = usable_slots(obj) if slots is None else slots
+    chosen = skin_slots(obj) if slots is None else slots
     if not chosen:
         raise MakeupError(
             f"{obj.name!r} has no material that makeup can lie on; give it a skin material with a Principled shader."
@@ -118,6 +119,32 @@ def usable_slots(obj: bpy.types.Object) -> list[int]:
     return result
 
 
+NOT_SKIN = {
+    "eye", "eyes", "eyeball", "cornea", "iris", "sclera", "pupil", "lens", "tear", "tearline", "caruncle", "lash", "lashes",
+    "eyelash", "eyelashes", "brow", "brows", "eyebrow", "eyebrows", "hair", "beard", "stubble", "tooth", "teeth", "tongue",
+    "gum", "gums", "nail", "nails", "cloth", "clothes", "shirt", "glasses", "helper",
+}  # fmt: skip
+"""Words in a material's name by which it is taken for something else than skin."""
+
+
+def skin_slots(obj: bpy.types.Object) -> list[int]:
+    """Usable slots that look like skin: no eyes, hair, teeth and the like by name, no glass; all usable ones if none does."""
+    usable = usable_slots(obj)
+    return [i for i in usable if _looks_like_skin(obj.material_slots[i].material)] or usable
+
+
+def _looks_like_skin(material: bpy.types.Material) -> bool:
+    own = _original_of(material) or material
+    words = set(re.findall(r"[a-z]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", own.name).lower()))
+    transmission = [
+        socket.node.inputs["Transmission Weight"]
+        for socket in skin_colour_sockets(material)
+        if "Transmission Weight" in socket.node.inputs
+    ]
+    glass = any(not one.is_linked and one.default_value > 0.5 for one in transmission)
+    return not words & NOT_SKIN and not glass
+
+
 def remove(obj: bpy.types.Object, keep_layers: bool = False) -> None:
     """Take the makeup off: every slot holds its original material again, as it was."""
     _bare(obj)
@@ -134,8 +161,11 @@ def remove(obj: bpy.types.Object, keep_layers: bool = False) -> None:
 def _bare(obj: bpy.types.Object) -> None:
     """Put the originals back into the slots and delete the copies that nothing uses any more."""
     _follow_slots(obj)
+    gone = not obj.material_slots  # all slots were deleted by hand: the skin would be lost with them
     for entry in obj.km_makeup.slots:
-        if entry.index < len(obj.material_slots):
+        if gone and entry.original is not None and not obj.data.library:
+            obj.data.materials.append(entry.original)
+        elif entry.index < len(obj.material_slots):
             _put_back(obj, entry)
         made, entry.made = entry.made, None
         _delete(made)

@@ -61,15 +61,15 @@ class Tutorial:
     # -- the steps
 
     def open_the_tab(self) -> None:
-        self.window.wait("Object Mode", Box(0, 20, 300, 50), 60)
+        self.window.wait("Global", Box(400, 20, 400, 50), 120)
         self.window.key("Escape")  # the splash screen
         self.window.move(500, 400)
         time.sleep(1)
-        for _ in range(5):  # a window that is still starting loses keys
+        self.window.key("n")
+        try:
+            self.window.wait("Makeup", TABS, 20, turned=True)
+        except MissingError:  # a window that is still starting loses keys
             self.window.key("n")
-            time.sleep(2)
-            if self.window.look().find("Makeup", TABS, turned=True):
-                break
         self.window.click("Makeup", TABS, turned=True)
         self.window.wait("Makeup", SIDEBAR)
 

@@ -20,10 +20,12 @@ from PIL import Image, ImageDraw, ImageFont
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 SIZE = (1600, 900)
-FONT_SIZE = 11.4
-"""Pixels of Blender's interface font at a resolution scale of 1, as measured on its labels."""
+FONT_SIZES = (11.25, 11.4, 11.55)
+"""Pixels of Blender's interface font at a resolution scale of 1, as measured on its labels, and a little beside it: Blender
+places each letter on its own, so that a long text is a pixel longer or shorter than drawn here.
+"""
 
-ALIKE = 0.72
+ALIKE = 0.67
 """Correlation of a drawn text with a place on the screen from which on it counts as found."""
 
 
@@ -62,8 +64,8 @@ class Screen:
         """Places where the text stands, best first, with their correlation; ``turned``: reading downwards, as on tabs."""
         field = self.grey[within.top : within.top + within.height, within.left : within.left + within.width]
         found: list[tuple[float, Box]] = []
-        for shift in (0.0, 0.5):
-            pattern = drawn(text, self.font, shift)
+        for size, shift in ((size, shift) for size in FONT_SIZES for shift in (0.0, 0.5)):
+            pattern = drawn(text, self.font, shift, size)
             pattern = np.rot90(pattern, -1) if turned else pattern
             if pattern.shape[0] > field.shape[0] or pattern.shape[1] > field.shape[1]:
                 continue
@@ -84,9 +86,9 @@ class Screen:
         return places[0][1] if places else None
 
 
-def drawn(text: str, font: Path, shift: float) -> np.ndarray:
+def drawn(text: str, font: Path, shift: float, size: float = FONT_SIZES[1]) -> np.ndarray:
     """The text in white on black, (height, width) 0..1, as wide as its ink; ``shift`` in pixels to the right."""
-    face = ImageFont.truetype(str(font), FONT_SIZE)
+    face = ImageFont.truetype(str(font), size)
     left, top, right, bottom = face.getbbox(text)
     image = Image.new("L", (int(right - left) + 3, int(bottom - top) + 2))
     ImageDraw.Draw(image).text((1 - left + shift, 1 - top), text, fill=255, font=face)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import bpy
 from bpy.props import BoolProperty, EnumProperty, IntProperty
 
-from ...adding import add_layer, product_items
+from ....errors import MakeupError
+from ...adding import add_layer, product_items, skin_material
 from ..base import MakeupOperator
 
 
@@ -37,18 +38,28 @@ class KM_OT_set_up(MakeupOperator, bpy.types.Operator):
         from ... import painting
 
         if not self.properties.is_property_set("product"):
-            self.product = painting.FIRST_PRODUCT
+            self.product = painting.FIRST_PRODUCT  # so that the panel of the last operator shows it
         return self.execute(context)
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> str:
         from ... import makeup, painting
         from ...update import told
 
-        makeup.set_up(obj)
+        first = self.product if self.properties.is_property_set("product") else painting.FIRST_PRODUCT
+        bare = not any(slot.material for slot in obj.material_slots) and obj.data.uv_layers and not obj.library
+        made = skin_material(obj).name if bare else ""
+        try:
+            makeup.set_up(obj)
+        except MakeupError:
+            if made:
+                bpy.data.materials.remove(bpy.data.materials[made])
+            raise
         names = ", ".join(entry.original.name for entry in obj.km_makeup.slots)
         message = f"Makeup lies on {names}, painted on {obj.km_makeup.uv_map!r}"
+        if made:
+            message += f"; the head had no material, so it was given {made!r}"
         if self.paint and not obj.km_makeup.layers:
-            add_layer(context, obj, self.product or painting.FIRST_PRODUCT)
+            add_layer(context, obj, first)
         elif obj.km_makeup.layers:
             told(obj, lambda one: makeup.refresh(one, context.scene, anew=True))
         if self.paint:
@@ -70,7 +81,6 @@ class KM_OT_slot_toggle(MakeupOperator, bpy.types.Operator):
     index: IntProperty(name="Slot", description="Index of the material slot, counted from 0", min=0)
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        from ....errors import MakeupError
         from ... import makeup
 
         chosen = [entry.index for entry in obj.km_makeup.slots]
@@ -92,6 +102,13 @@ class KM_OT_remove(MakeupOperator, bpy.types.Operator):
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         from ... import images, makeup
 
+        for entry in obj.km_makeup.slots:
+            held = obj.material_slots[entry.index].material if entry.index < len(obj.material_slots) else None
+            if entry.original is None and held is not None and held == entry.made:
+                raise MakeupError(
+                    f"The skin material of slot {entry.index + 1} was deleted, so there is nothing to put back; undo that, "
+                    "or put the skin's material into the slot, then press Remove Makeup again. Nothing was changed."
+                )
         images.keep(layer.map for layer in obj.km_makeup.layers)
         images.keep([obj.km_makeup.exclusion])
         makeup.remove(obj)
@@ -113,8 +130,6 @@ class KM_OT_refresh(MakeupOperator, bpy.types.Operator):
         plans: list = []
         told(obj, lambda one: plans.append(makeup.refresh(one, context.scene, anew=True)))
         if not plans:
-            from ....errors import MakeupError
-
             raise MakeupError(obj.km_makeup["problem"])
         return "; ".join(f"{e.name}: {'on' if e.on else 'off'}, {e.reason}" for e in plans[0].films) or "No layers"
 
