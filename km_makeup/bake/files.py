@@ -37,7 +37,9 @@ def open_image(path: Path) -> tuple[Any, bool]:
         raise MakeupError(f"The image {path} does not exist; check the path.")
     source = oiio.ImageInput.open(str(path), _as_stored(oiio))
     if source is None:
-        raise MakeupError(f"The image {path} cannot be read ({oiio.geterror().strip()}); save it again as PNG or EXR.")
+        raise MakeupError(
+            f"The image {path} cannot be read ({' '.join(oiio.geterror().split())}); save it again as PNG or EXR."
+        )
     return source, source.spec().format == oiio.TypeDesc("uint8")
 
 

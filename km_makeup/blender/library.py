@@ -1,16 +1,24 @@
-"""The product library as this Blender sees it: shipped products, the user's folder, folders of the environment."""
+"""The product library as this Blender sees it: shipped products, the user's folder, folders of the environment, and
+products that came into this file with a look."""
 
 from __future__ import annotations
 
 import functools
+import json
 import os
 import time
+from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
 
-from ..products import Library
+from ..errors import MakeupError
+from ..products import Library, Product
 from ..products.library import PRODUCTS_VARIABLE
+
+CARRIED = "carried_products"
+"""Custom property of an object's makeup: products that came with a look and are on no shelf of this machine, as JSON."""
 
 State = tuple[tuple[str, int, int], ...]
 
@@ -32,7 +40,43 @@ def library() -> Library:
     folder, variable = user_folder(), os.environ.get(PRODUCTS_VARIABLE, "")
     if _looked is None or time.monotonic() - _looked[0] > LOOK_EVERY or _looked[1] != (folder, variable):
         _looked = time.monotonic(), (folder, variable), _state(folder, variable)
-    return _library(folder, variable, _looked[2])
+    carried = {obj.km_makeup.get(CARRIED, "") for obj in bpy.data.objects if hasattr(obj, "km_makeup")}
+    return _with_carried(folder, variable, _looked[2], tuple(sorted(carried - {""})))
+
+
+@functools.lru_cache(maxsize=2)
+def _with_carried(folder: Path | None, variable: str, state: State, carried: tuple[str, ...]) -> Library:
+    here = _library(folder, variable, state)
+    known = {product.id for product in here.products}
+    for text in carried:
+        for product in _products(text):
+            if product.id not in known:
+                known.add(product.id)
+                here = replace(here, products=(*here.products, product))
+    return here
+
+
+def _products(text: str) -> list[Product]:
+    from ..products.files import product_of
+
+    try:
+        return [product_of(data) for data in json.loads(text)]
+    except (ValueError, MakeupError, TypeError, AttributeError) as error:
+        print(f"KM Makeup: products kept in this file cannot be read ({error})")
+        return []
+
+
+def carry(obj: bpy.types.Object, products: Iterable[Product]) -> None:
+    """Keep in the file those products that this machine does not have."""
+    from ..products.files import product_text
+
+    folder, variable = user_folder(), os.environ.get(PRODUCTS_VARIABLE, "")
+    known = {one.id for one in _library(folder, variable, _state(folder, variable)).products}
+    missing = [json.loads(product_text(product)) for product in products if product.id not in known]
+    if missing:
+        new = {data["id"] for data in missing}
+        before = [json.loads(product_text(one)) for one in _products(obj.km_makeup.get(CARRIED, "[]"))]
+        obj.km_makeup[CARRIED] = json.dumps([*(data for data in before if data["id"] not in new), *missing])
 
 
 def look_again() -> None:

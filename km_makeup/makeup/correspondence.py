@@ -8,7 +8,8 @@ too far from any skin of the source, and get nothing.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,14 +50,14 @@ class Head:
                 f"The head lacks the landmark{'s' if len(missing) > 1 else ''} {', '.join(missing)} "
                 f"({about(missing[0]).lower()}); set them, or let them be proposed."
             )
-        if not self.unit_mm > 0:
+        if np.array_equal(self.landmarks["eye_outer.L"], self.landmarks["eye_outer.R"]):
             raise MakeupError("The outer corners of the eyes lie in one place; set the landmarks apart.")
 
     @property
     def unit_mm(self) -> float:
         """Millimetres of the mesh's unit, if the head were as wide as the pattern."""
-        return EYES_MM / max(
-            float(np.linalg.norm(np.subtract(self.landmarks["eye_outer.L"], self.landmarks["eye_outer.R"]))), 1e-30
+        return EYES_MM / float(
+            np.linalg.norm(np.subtract(self.landmarks["eye_outer.L"], self.landmarks["eye_outer.R"]))
         )
 
     @property
@@ -111,13 +112,6 @@ class Correspondence:
     weights: NDArray
     share: NDArray
 
-    def places(self) -> NDArray:
-        """(k, 3): positions on the source; NaN where there is no counterpart."""
-        good = self.triangle != NO_TRIANGLE
-        out = np.full((len(self.triangle), 3), np.nan)
-        out[good] = self.source.at(self.triangle[good], self.weights[good])
-        return out
-
     def values(self, image: NDArray, corner: tuple[int, int] = (0, 0)) -> NDArray:
         """(k,): what a map (height, width) of the source says at every texel of the target, times ``share``.
 
@@ -135,29 +129,82 @@ class Correspondence:
         return out * self.share
 
 
-def correspond(
-    source: Head, target: Head, shape: tuple[int, int], corner: tuple[int, int] = (0, 0), eyes: bool = False
-) -> Correspondence:
-    """The counterpart on the source of every texel of an image (height, width) on the target's UVs.
+@dataclass(frozen=True, eq=False)
+class Laid:
+    """A target head laid on a source head: every texel's place near the source's skin, in millimetres.
 
-    Parameters: ``corner`` the target's UDIM tile; ``eyes`` whether eyeballs of the source count as its surface. Raises MakeupError where landmarks are missing or in one plane.
+    ``texels`` of the target (k of them), ``places`` (k, 3) and ``facing`` (k, 3) there, ``off`` (k,) how far the skin
+    was from where the spline put the texel.
+    """
+
+    source: Surface
+    texels: Texels
+    places: NDArray
+    facing: NDArray
+    off: NDArray
+
+    @property
+    def share(self) -> NDArray:
+        """(k,): 1 where the source's skin is near, 0 far from it."""
+        share = np.clip((FAR_MM - self.off) / (FAR_MM - NEAR_MM), 0, 1)
+        return share * share * (3 - 2 * share)
+
+    def only(self, keep: NDArray) -> Laid:
+        """The texels where ``keep`` (k,) is true."""
+        t = self.texels
+        texels = Texels(t.shape, t.index[keep], t.triangle[keep], t.weights[keep])
+        return Laid(self.source, texels, self.places[keep], self.facing[keep], self.off[keep])
+
+
+def lay(
+    source: Head, target: Head, shape: tuple[int, int], corner: tuple[int, int] = (0, 0), eyes: bool = False
+) -> Laid:
+    """The target laid on the source, at every texel of an image (height, width) on the target's UVs.
+
+    Parameters: ``corner`` the target's UDIM tile; ``eyes`` whether eyeballs of the source count as its surface.
+    Raises MakeupError where landmarks are missing or in one plane.
     """
     a, b = (source if eyes else source.without_eyeballs).in_mm, target.without_eyeballs.in_mm
     b = Head(finer(b.surface, FINEST_MM), b.landmarks)
     skin = Nearest(a.surface)
     spline = _settled(spline_between(b.landmarks, a.landmarks), a, b, skin)
     bent = b.surface.moved(spline(b.surface.vertices))
-    laid, near = _laid(bent, skin)
+    laid, off, near = _laid(bent, skin)
+    if not near.any():
+        raise MakeupError(
+            "The landmarks do not bring the two heads together; look at them with Place, or propose them anew."
+        )
     kept = b.surface.only(near)
     texels = texels_of(kept.uv, shape, corner)
     places = kept.moved(laid).at(texels.triangle, texels.weights)
     facing = kept.moved(bent.vertices).normals_at(texels.triangle, texels.weights)
-    found = skin(places, FAR_MM, facing, LEAST_COSINE)
-    spread = kept.moved(bent.vertices).at(texels.triangle, texels.weights) - places
-    found.distance[:] = np.maximum(found.distance, np.linalg.norm(spread, axis=1))
-    share = np.clip((FAR_MM - found.distance) / (FAR_MM - NEAR_MM), 0, 1)
-    share = np.where(found.triangle == NO_TRIANGLE, 0, share * share * (3 - 2 * share))
-    return Correspondence(a.surface, texels, found.triangle, found.weights, share)
+    away = np.einsum("nk,nk->n", texels.weights, off[kept.triangles[texels.triangle]])
+    return Laid(a.surface, texels, places, facing, away)
+
+
+def correspond(source: Head, target: Head, shape: tuple[int, int], corner: tuple[int, int] = (0, 0)) -> Correspondence:
+    """The counterpart on the source of every texel of an image (height, width) on the target's UVs, at once."""
+    laid = lay(source, target, shape, corner)
+    *_, whole = finding(laid)
+    assert isinstance(whole, Correspondence)
+    return whole
+
+
+PART = 200_000
+"""Texels that are sought at once."""
+
+
+def finding(laid: Laid) -> Iterator[float | Correspondence]:
+    """The counterparts of the texels in steps: yields the share that is done, 0..1, and at the end the correspondence."""
+    skin, count = Nearest(laid.source), len(laid.places)
+    triangle, weights = np.full(count, NO_TRIANGLE), np.zeros((count, 3))
+    share = laid.share
+    for start in range(0, count, PART):
+        part = slice(start, start + PART)
+        found = skin(laid.places[part], FAR_MM, laid.facing[part], LEAST_COSINE)
+        triangle[part], weights[part] = found.triangle, found.weights
+        yield min(1.0, (start + PART) / count)
+    yield Correspondence(laid.source, laid.texels, triangle, weights, np.where(triangle == NO_TRIANGLE, 0, share))
 
 
 FINEST_MM = 4.0
@@ -233,8 +280,8 @@ MOST_STRETCH = 3.0
 """A triangle that grows longer than this when its corners are laid on the source has corners on different skin."""
 
 
-def _laid(bent: Surface, skin: Nearest) -> tuple[NDArray, NDArray]:
-    """The target's vertices (n, 3), bent near the source, laid on its skin; and which triangles (m,) are near it.
+def _laid(bent: Surface, skin: Nearest) -> tuple[NDArray, NDArray, NDArray]:
+    """The target's vertices (n, 3), bent near the source, laid on its skin; how far that was (n,); which triangles are near.
 
     Corners that find no skin facing their way stay where the spline put them, as do those of triangles that
     would be torn.
@@ -244,13 +291,14 @@ def _laid(bent: Surface, skin: Nearest) -> tuple[NDArray, NDArray]:
     good = found.triangle != NO_TRIANGLE
     laid = bent.vertices.copy()
     laid[used[good]] = skin.surface.at(found.triangle[good], found.weights[good])
-    known = np.zeros(len(laid), bool)
-    known[used[good]] = True
+    off = np.full(len(laid), FAR_MM)
+    off[used[good]] = found.distance[good]
+    known = off < FAR_MM
     torn = _longest(laid[bent.triangles]) > MOST_STRETCH * _longest(bent.corners) + 1e-9
     loose = np.unique(bent.triangles[torn])
     laid[loose] = bent.vertices[loose]
     large = _longest(bent.corners) > 2 * FAR_MM
-    return laid, known[bent.triangles].any(axis=1) | large
+    return laid, off, known[bent.triangles].any(axis=1) | large
 
 
 def _longest(corners: NDArray) -> NDArray:
@@ -263,6 +311,37 @@ def transferred(image: NDArray, between: Correspondence, corner: tuple[int, int]
     scale = 255.0 if image.dtype == np.uint8 else 1.0
     values = np.clip(between.values(image / scale, corner), 0, 1).astype(np.float32)
     return between.texels.image(values, margin(between.texels.shape)).astype(np.float32)
+
+
+def near_paint(laid: Laid, images: Sequence[NDArray], corner: tuple[int, int] = (0, 0)) -> Laid:
+    """Only the texels whose counterpart can carry product: those near a painted triangle of the source.
+
+    Parameters: ``images`` (height, width) the source's maps; the rest of the target stays bare without being sought.
+    """
+    source, painted = laid.source, np.zeros(len(laid.source.triangles), bool)
+    for image in images:
+        texels = texels_of(source.uv, (image.shape[0], image.shape[1]), corner)
+        painted[texels.triangle[image.reshape(-1)[texels.index] > 0]] = True
+        small = np.setdiff1d(np.arange(len(painted)), texels.triangle)  # smaller than a texel: ask the nearest one
+        middle = source.uv[small].mean(axis=1) - np.array(corner)
+        painted[small] |= bilinear(image.astype(np.float32), np.clip(middle, 0, 1)) > 0
+    if not painted.any():
+        return laid.only(np.zeros(len(laid.places), bool))
+    cells = _cells(source.corners[painted].reshape(-1, 3))
+    here = np.floor(laid.places / FAR_MM).astype(np.int64)
+    return laid.only(np.isin(_key(here), cells))
+
+
+def _cells(points: NDArray) -> NDArray:
+    """Keys of the cells of FAR_MM around points."""
+    steps = np.array(list(itertools.product((-1, 0, 1), repeat=3)))
+    own = np.unique(np.floor(points / FAR_MM).astype(np.int64), axis=0)
+    return np.unique(_key((own[:, None] + steps).reshape(-1, 3)))
+
+
+def _key(cells: NDArray) -> NDArray:
+    shifted = cells + 2**19
+    return (shifted[:, 0] << 40) | (shifted[:, 1] << 20) | shifted[:, 2]
 
 
 def margin(shape: tuple[int, int]) -> int:

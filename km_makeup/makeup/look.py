@@ -28,7 +28,9 @@ class Layer:
     ``thickness_um`` is the film's thickness in micrometres where the map is 1; ``strength`` scales the map
     (0..1); ``map`` is the path of the cosmetic map, or empty for a film over the whole face;
     ``channel`` picks one channel of an RGB-coded map (Huang et al. 2013, Fig 9a): R, G, B or A;
-    ``name`` is what the artist calls it, or empty for the product's name.
+    ``name`` is what the artist calls it, or empty for the product's name; ``form`` and ``finish`` (roughness and
+    F0, 0..1) stand in place of the product's own; ``plan`` is "on" or "off" where the artist decided whether the
+    film exists.
     """
 
     product: str
@@ -39,6 +41,9 @@ class Layer:
     enabled: bool = True
     extra: dict[str, Any] = field(default_factory=dict)
     name: str = ""
+    form: str = ""
+    finish: tuple[float, float] | None = None
+    plan: str = ""
 
 
 @dataclass(frozen=True)
@@ -60,7 +65,8 @@ class PaintedOn:
 class Look:
     """Layers bottom to top, under a name. ``folder`` is where relative paths start.
 
-    ``products`` are those that travel in the file; ``head`` is what the maps were painted on, if that is known.
+    ``products`` are those that travel in the file; ``head`` is what the maps were painted on, if that is known;
+    ``exclusion`` is the path of a map that is 1 where no makeup lies, or empty.
     """
 
     name: str
@@ -69,6 +75,7 @@ class Look:
     extra: dict[str, Any] = field(default_factory=dict)
     products: tuple[Product, ...] = ()
     head: PaintedOn | None = None
+    exclusion: str = ""
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Look:

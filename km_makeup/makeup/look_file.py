@@ -3,7 +3,7 @@
 | schema | what it has |
 | --- | --- |
 | 1 | name; layers with product, thickness_um, map, channel, strength, enabled |
-| 2 | also a layer's name; ``products`` that travel in the file; ``head``: what the maps were painted on |
+| 2 | also a layer's name, form, finish and plan; the exclusion mask; ``products`` that travel in the file; ``head``: what the maps were painted on |
 
 A file without a schema is read as schema 1. `_MIGRATIONS` brings each version to the next one.
 """
@@ -19,14 +19,15 @@ from ..errors import MakeupError
 from ..files import write_text
 from ..products import Product
 from ..products.files import product_of, product_text
+from ..products.product import Form
 from .look import THICKEST, Layer, Look, PaintedOn, check_number
 
 SCHEMA = 2
 LARGEST_FILE = 50_000_000
 """Bytes of the largest look file that is read; maps lie beside it."""
 
-_LOOK = {"schema", "name", "layers", "products", "head"}
-_LAYER = {"product", "thickness_um", "map", "channel", "strength", "enabled", "name"}
+_LOOK = {"schema", "name", "layers", "products", "head", "exclusion"}
+_LAYER = {"product", "thickness_um", "map", "channel", "strength", "enabled", "name", "form", "finish", "plan"}
 _HEAD = {"name", "uv_layout", "surface", "landmarks"}
 
 
@@ -45,6 +46,7 @@ def read_look(file: Path) -> Look:
         extra=_rest(data, _LOOK),
         products=_products(data.get("products", []), where),
         head=_head(data["head"], where) if data.get("head") is not None else None,
+        exclusion=_path_of(data, "exclusion", where),
     )
 
 
@@ -52,6 +54,8 @@ def write_look(look: Look, file: Path) -> None:
     """Write a look, whole or not at all; the same look gives the same bytes."""
     data: dict[str, Any] = {**look.extra, "schema": SCHEMA, "name": look.name}
     data["layers"] = [_layer_data(layer) for layer in look.layers]
+    if look.exclusion:
+        data["exclusion"] = look.exclusion
     if look.products:
         data["products"] = [json.loads(product_text(product)) for product in look.products]
     if look.head is not None:
@@ -79,9 +83,13 @@ def _json(file: Path) -> Any:
 
 
 def _from_1(data: dict[str, Any]) -> dict[str, Any]:
-    """Schema 1 has neither products nor head: what stands under these names there is somebody else's."""
-    taken = {"products": "products (schema 1)", "head": "head (schema 1)"}
-    return {taken.get(key, key): value for key, value in data.items()}
+    """What schema 1 has under names of schema 2 is somebody else's and kept under another name."""
+    layers = [_renamed(x, ("name", "form", "finish", "plan")) if isinstance(x, dict) else x for x in data["layers"]]
+    return {**_renamed(data, ("products", "head", "exclusion")), "layers": layers}
+
+
+def _renamed(data: dict[str, Any], names: tuple[str, ...]) -> dict[str, Any]:
+    return {f"{key} (schema 1)" if key in names else key: value for key, value in data.items()}
 
 
 _MIGRATIONS: dict[int, Callable[[dict[str, Any]], dict[str, Any]]] = {1: _from_1}
@@ -109,22 +117,49 @@ def _layer(data: Any, where: str) -> Layer:
     channel = data.get("channel", "R")
     if channel not in ("R", "G", "B", "A"):
         raise MakeupError(f"{where}: 'channel' is {_short(channel)}; use R, G, B or A.")
-    path, name = data.get("map", ""), data.get("name", "")
-    if not isinstance(path, str) or "\0" in path:
-        raise MakeupError(f"{where}: 'map' must be the path of an image, not {_short(path)}.")
+    path, name = _path_of(data, "map", where), data.get("name", "")
     if not isinstance(name, str):
         raise MakeupError(f"{where}: 'name' must be text, not {_short(name)}.")
     enabled = data.get("enabled", True)
     if not isinstance(enabled, bool):
         raise MakeupError(f"{where}: 'enabled' must be true or false, not {_short(enabled)}.")
-    return Layer(data["product"], thickness, path, channel, strength, enabled, _rest(data, _LAYER), name)
+    form = _choice(data, "form", ("", *Form), where)
+    plan = _choice(data, "plan", ("", "on", "off"), where)
+    finish = _finish(data.get("finish"), where)
+    rest = _rest(data, _LAYER)
+    return Layer(data["product"], thickness, path, channel, strength, enabled, rest, name, form, finish, plan)
+
+
+def _path_of(data: dict[str, Any], key: str, where: str) -> str:
+    path = data.get(key, "")
+    if not isinstance(path, str) or "\0" in path:
+        raise MakeupError(f"{where}: {key!r} must be the path of an image, not {_short(path)}.")
+    return path
+
+
+def _choice(data: dict[str, Any], key: str, choices: tuple[str, ...], where: str) -> str:
+    value = data.get(key, "")
+    if not isinstance(value, str) or value not in choices:
+        raise MakeupError(f"{where}: {key!r} is {_short(value)}; use {', '.join(c for c in choices if c)}.")
+    return value
+
+
+def _finish(data: Any, where: str) -> tuple[float, float] | None:
+    if data is None:
+        return None
+    if not isinstance(data, dict):
+        raise MakeupError(f"{where}: 'finish' must be an object with roughness and f0, not {_short(data)}.")
+    roughness = check_number(data.get("roughness"), f"{where}: the finish's 'roughness'", 0, 1)
+    return roughness, check_number(data.get("f0"), f"{where}: the finish's 'f0'", 0, 1)
 
 
 def _layer_data(layer: Layer) -> dict[str, Any]:
-    named = {"name": layer.name} if layer.name else {}
+    own: dict[str, Any] = {key: getattr(layer, key) for key in ("name", "form", "plan") if getattr(layer, key)}
+    if layer.finish is not None:
+        own["finish"] = {"roughness": layer.finish[0], "f0": layer.finish[1]}
     return {
         **layer.extra,
-        **named,
+        **own,
         "product": layer.product,
         "thickness_um": layer.thickness_um,
         "map": layer.map,

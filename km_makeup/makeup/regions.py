@@ -13,7 +13,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from .correspondence import Correspondence, Head, correspond, margin
+from .correspondence import Head, Laid, lay, margin
 from .face import pattern_face
 
 
@@ -50,9 +50,9 @@ def pattern_head() -> Head:
     return Head(face.with_eyes, face.landmarks)
 
 
-def correspond_to_pattern(head: Head, shape: tuple[int, int], corner: tuple[int, int] = (0, 0)) -> Correspondence:
-    """The counterpart on the pattern of every texel of a head's image (height, width)."""
-    return correspond(pattern_head(), head, shape, corner, eyes=True)
+def laid_on_pattern(head: Head, shape: tuple[int, int], corner: tuple[int, int] = (0, 0)) -> Laid:
+    """A head laid on the pattern, at every texel of its image (height, width)."""
+    return lay(pattern_head(), head, shape, corner, eyes=True)
 
 
 def region_mask(
@@ -63,22 +63,17 @@ def region_mask(
     corner: tuple[int, int] = (0, 0),
 ) -> NDArray[np.float32]:
     """A region of a head as a map (height, width), 0..1, bottom row first, grown past the UV islands."""
-    return masks([region], correspond_to_pattern(head, shape, corner), options)[0]
+    return masks([region], laid_on_pattern(head, shape, corner), options)[0]
 
 
-def masks(
-    regions: list[Region], between: Correspondence, options: RegionOptions | None = None
-) -> list[NDArray[np.float32]]:
-    """Several regions over one correspondence with the pattern."""
+def masks(regions: list[Region], laid: Laid, options: RegionOptions | None = None) -> list[NDArray[np.float32]]:
+    """Several regions of a head that was laid on the pattern."""
     options = options or RegionOptions()
-    places = between.places()
-    known = np.isfinite(places[:, 0])
+    share, shape = laid.share, laid.texels.shape
     result = []
     for region in regions:
-        values = np.zeros(len(places), np.float32)
-        values[known] = _FIELDS[region](places[known], options)
-        values *= between.share
-        result.append(between.texels.image(values, margin(between.texels.shape)).astype(np.float32))
+        values = (_FIELDS[region](laid.places, options) * share).astype(np.float32)
+        result.append(laid.texels.image(values, margin(shape)).astype(np.float32))
     return result
 
 

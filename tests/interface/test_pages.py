@@ -111,7 +111,21 @@ def test_every_stored_property_has_a_row_and_a_description():
 
 def test_every_stored_number_says_its_unit():
     """In its tooltip: µm, mm, 0..1, a count, texels, degrees or Delta E."""
-    words = ("µm", "mm", "0..1", "texel", "from 0", "count", "pixel", "degree", "CIEDE2000", "ms", "nm", "sample")
+    words = (
+        "µm",
+        "mm",
+        "metres",
+        "0..1",
+        "texel",
+        "from 0",
+        "count",
+        "pixel",
+        "degree",
+        "CIEDE2000",
+        "ms",
+        "nm",
+        "sample",
+    )
     numbers = [(name, p) for name, p in stored_properties() if p.type in {"FLOAT", "INT"}]
     assert len(numbers) > 5
     assert [name for name, p in numbers if not any(word in p.description for word in words)] == []

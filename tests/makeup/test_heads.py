@@ -10,7 +10,7 @@ from km_makeup.makeup.correspondence import Head, bilinear, correspond, transfer
 from km_makeup.makeup.face import pattern_face
 from km_makeup.makeup.landmarks import NAMES, NEEDED, mirrored, propose
 from km_makeup.makeup.nearest import nearest
-from km_makeup.makeup.regions import Region, masks, pattern_head, smooth
+from km_makeup.makeup.regions import Region, laid_on_pattern, masks, smooth
 from km_makeup.makeup.surface import Surface, grown, texels_of, uv_fingerprint
 from km_makeup.makeup.warp import similarity, thin_plate
 from tests.makeup import heads
@@ -125,8 +125,7 @@ def test_a_head_without_its_landmarks_is_refused_by_the_name_of_what_is_missing(
 def test_lips_fall_on_the_lips_and_nowhere_else(other):
     """MediaPipe: the polygon of its own lip vertices; MakeHuman: its mask, in the texels' places on the face."""
     name, surface, points = other
-    between = correspond(pattern_head(), Head(surface, points), (512, 512), eyes=True)
-    (lips,) = masks([Region.LIPS], between)
+    (lips,) = masks([Region.LIPS], laid_on_pattern(Head(surface, points), (512, 512)))
     triangle, weights = heads.samples(surface, 120_000)
     at = surface.at(triangle, weights)
     facing = surface.normals[triangle][:, 2] > 0.2
@@ -156,7 +155,7 @@ def test_a_map_brought_to_another_head_and_back_is_the_map_it_was(coarse):
     there = transferred(image, correspond(source, target, (512, 512)))
     back = transferred(there, correspond(target, source, (256, 256)))
     difference = np.abs(back - image)[texels.covered]
-    assert difference.max() < 0.2 and np.sqrt((difference**2).mean()) < 0.015
+    assert difference.max() < 0.2 and np.sqrt((difference**2).mean()) < 0.02
     np.testing.assert_allclose(back, back[:, ::-1], atol=0.12)
 
 

@@ -18,6 +18,7 @@ from km_makeup.products.files import product_of
 LAYERS = (
     Layer("foundation-light", 18.5, "maps/base.png"),
     Layer("lipstick-berry", 12.0, "maps/rgb.png", channel="B", strength=0.25, enabled=False),
+    Layer("eyeshadow-blue", 3.0, name="Wing", form="cream", finish=(0.3, 0.05), plan="on"),
 )
 
 
@@ -37,6 +38,9 @@ PRODUCT = {
     "provenance": {"status": "computed", "source": "a test", "licence": "CC0-1.0"},
     "spectrum": {"unit": "1/mm", "start_nm": 380.0, "step_nm": 5.0}, "K": [2.0] * 81, "S": [5.0] * 81,
 }  # fmt: skip
+
+
+LAYER = {"product": "p", "thickness_um": 5}
 
 
 def now(**fields: object) -> dict:
@@ -84,7 +88,12 @@ def test_map_paths_start_at_the_look_file(tmp_path):
         ({"layers": [{"product": "", "thickness_um": 5}]}, "every layer needs the id"),
         (a_look(thickness_um=[1] * 1000), "must be a number"),
         (a_look(map="a\0.png"), "path of an image"),
-        (a_look(name=["x"]), "'name' must be text"),
+        (now(layers=[LAYER | {"name": ["x"]}]), "'name' must be text"),
+        (now(layers=[LAYER | {"form": "paste"}]), "'form' is 'paste'; use liquid, cream, powder"),
+        (now(layers=[LAYER | {"plan": True}]), "'plan' is True; use on, off"),
+        (now(layers=[LAYER | {"finish": 0.4}]), "'finish' must be an object"),
+        (now(layers=[LAYER | {"finish": {"roughness": 2, "f0": 0.04}}]), "'roughness' is 2; it must lie"),
+        (now(exclusion=3), "'exclusion' must be the path"),
         (now(products={}), "'products' must be a list"),
         (now(products=["lipstick"]), "product 1 must be an object"),
         (now(products=[{"schema": 1, "id": "mine"}]), r"product 1 \('mine'\)"),

@@ -11,18 +11,25 @@ from bpy.props import PointerProperty
 from .bake.properties import BakeProperties
 from .effects.properties import EffectsProperties
 from .highlights.properties import HighlightsProperties
+from .landmarks.properties import KM_PG_landmark, LandmarkProperties
 from .layer.properties import KM_PG_layer
 from .layers.properties import LayersProperties
 from .set_up.properties import KM_PG_slot, SetUpProperties
 
 
 class KM_PG_object(
-    SetUpProperties, LayersProperties, EffectsProperties, HighlightsProperties, BakeProperties, bpy.types.PropertyGroup
+    SetUpProperties,
+    LayersProperties,
+    EffectsProperties,
+    HighlightsProperties,
+    BakeProperties,
+    LandmarkProperties,
+    bpy.types.PropertyGroup,
 ):
     """Makeup of one object."""
 
 
-CLASSES = (KM_PG_layer, KM_PG_slot, KM_PG_object)
+CLASSES = (KM_PG_layer, KM_PG_slot, KM_PG_landmark, KM_PG_object)
 
 
 def register() -> None:
