@@ -28,7 +28,7 @@ def test_sphere_matches_the_integral_of_the_profile_over_its_surface(tmp_path: P
     scene = _sphere_scene()
     local = _render(scene, tmp_path / "local.exr")
     bpy.data.objects["Skin"].km_makeup.scattering = "SCREEN"
-    compositor.insert(scene)
+    compositor.insert(scene, SKIN)
     diffused = _render(scene, tmp_path / "diffused.exr")
     columns, truth = _equator()
     row = PIXELS // 2
@@ -45,7 +45,7 @@ def test_even_light_on_a_plane_stays_as_it_is(tmp_path: Path) -> None:
     plane.km_makeup.finish = "OFF"
     plane.km_makeup.scattering = "SCREEN"
     local = _render(scene, tmp_path / "local.exr")
-    compositor.insert(scene)
+    compositor.insert(scene, SKIN)
     diffused = _render(scene, tmp_path / "diffused.exr")
     assert np.abs(diffused - local).max() < 2e-3 * local.max()
 
@@ -86,7 +86,8 @@ def _state(scene: bpy.types.Scene) -> tuple:
     )
     passes = tuple(getattr(layer, name) for name in PASSES)
     drivers = len(tree.animation_data.drivers) if tree.animation_data else 0
-    return links, sorted(node.name for node in tree.nodes), passes, [aov.name for aov in layer.aovs], drivers
+    aovs = [aov.name for aov in layer.aovs]
+    return links, sorted(node.name for node in tree.nodes), passes, aovs, drivers, scene.render.compositor_precision
 
 
 def _equator() -> tuple[np.ndarray, np.ndarray]:
