@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import tempfile
+import uuid
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -48,6 +49,31 @@ def write_text(path: Path, text: str) -> None:
     """Write a UTF-8 text file whole or not at all."""
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
+
+
+def write_new_text(path: Path, text: str) -> None:
+    """Write a UTF-8 text file that is not there yet, whole or not at all; MakeupError where it is, or comes at this moment."""
+    whole = path.with_name(f".{path.stem}-{uuid.uuid4().hex}{path.suffix}")
+    write_text(whole, text)
+    try:
+        _claim(whole, path)
+    except FileExistsError:
+        raise MakeupError(f"{path} exists; choose another name or ask to overwrite it.") from None
+    except OSError as error:
+        raise MakeupError(f"Cannot write {path}: {error.strerror}; choose a folder you may write to.") from None
+    finally:
+        whole.unlink(missing_ok=True)
+
+
+def _claim(whole: Path, path: Path) -> None:
+    """Give a file the name ``path`` if nobody has it; FileExistsError otherwise."""
+    try:
+        os.link(whole, path)
+    except FileExistsError:
+        raise
+    except OSError:  # a drive without links: take the name first, then fill it at one stroke
+        os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY))
+        os.replace(whole, path)
 
 
 def ensure_folder(folder: Path) -> Path:

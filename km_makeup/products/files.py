@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import MakeupError
-from ..files import write_text
+from ..files import write_new_text, write_text
 from ..spectra import WAVELENGTHS, resample
 from .product import Finish, Product, Provenance, Spectrum
 
@@ -55,6 +55,14 @@ def read_product(path: str | os.PathLike[str]) -> Product:
 def write_product(product: Product, path: str | os.PathLike[str]) -> None:
     """Write a product as JSON, whole or not at all."""
     write_text(Path(path), product_text(product))
+
+
+def write_new_product(product: Product, path: str | os.PathLike[str]) -> None:
+    """Write a product to a file that is not there yet, whole or not at all.
+
+    Of two that do so at one moment, on one machine or on two that share the folder, one gets MakeupError.
+    """
+    write_new_text(Path(path), product_text(product))
 
 
 def product_text(product: Product) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..errors import MakeupError
 from ..files import ensure_folder
-from .files import read_product, write_product
+from .files import read_product, write_new_product, write_product
 from .near import near_names
 from .product import Product
 
@@ -57,10 +57,13 @@ class Library:
         products: dict[str, Product] = {}
         problems = []
         for file in (file for folder in folders for file in sorted(folder.glob("*.json"))):
+            if file.name.startswith("."):  # somebody is writing it, or a system keeps something beside a file
+                continue
             try:
                 product = read_product(file)
             except MakeupError as error:
-                problems.append(str(error))
+                if file.exists():  # else somebody took it away meanwhile
+                    problems.append(str(error))
                 continue
             if product.id in products:
                 problems.append(f"Product file {file}: the id {product.id!r} is taken; give this one another id.")
@@ -93,8 +96,6 @@ class Library:
         others = [one for one in self.products if one.id == product.id]
         if others and not file.exists():
             raise MakeupError(f"The id {product.id!r} belongs to another library; give the product another id.")
-        if file.exists() and not overwrite:
-            raise MakeupError(f"{file} exists; choose another id or ask to overwrite it.")
-        write_product(product, file)
+        (write_product if overwrite else write_new_product)(product, file)
         kept = tuple(one for one in self.products if one.id != product.id)
         return replace(self, products=(*kept, product))
