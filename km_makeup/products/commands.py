@@ -32,6 +32,9 @@ from .swatches import swatch, swatch_sheet, write_png
 
 OK, BAD_INPUT, PARTIAL = 0, 2, 3
 
+OPAQUE_WHITE = 0.003
+"""Volume fraction of white in a match of an opaque film."""
+
 _EXAMPLES = {
     "list": "products list --kind lipstick",
     "show": "products show lipstick-berry",
@@ -186,10 +189,12 @@ def _mix(options: argparse.Namespace) -> int:
 
 
 def _match(options: argparse.Namespace) -> int:
-    fixed = dict(map(_part, options.fixed)) or {"titanium-dioxide": 0.003}
+    thickness = _um(options.thickness) if options.thickness else np.inf
+    fixed = dict(map(_part, options.fixed))
+    if not fixed and np.isinf(thickness):  # an opaque film's colour says nothing of the whole amount: the white sets it
+        fixed = {"titanium-dioxide": OPAQUE_WHITE}
     common = [name for name in shipped_pigments() if name not in ("zinc-oxide", "filler", "iron-oxide-black", *fixed)]
     names = [name.strip() for name in options.pigments.split(",") if name.strip()] or common
-    thickness = _um(options.thickness) if options.thickness else np.inf
     found = formulate(hex_colour(options.colour), names, thickness_um=thickness, skin=_skin(options.skin), fixed=fixed)
     if options.json:
         _print_json({"fractions": found.fractions, "delta_e": found.delta_e, "reached": found.reached})

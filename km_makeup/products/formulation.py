@@ -106,21 +106,31 @@ def formulate(
     wanted = _spectrum(target)
     free = [name for name in start if name not in (fixed or {})]
 
+    below = np.zeros(len(WAVELENGTHS)) if skin is None else np.asarray(skin)
+    held = dict(fixed or {})
+    base_K, base_S = mix_pigments(held, known) if held else (np.zeros(len(WAVELENGTHS)),) * 2
+    free_K, free_S = (np.stack([getattr(known[name], which) for name in free]) for which in "KS")
+
     def seen(roots: Array) -> Array:
-        K, S = mix_pigments(start | dict(zip(free, map(float, roots**2), strict=True)), known)
-        return seen_over(K, S, thickness_um, np.zeros(len(WAVELENGTHS)) if skin is None else skin)
+        return seen_over(base_K + roots**2 @ free_K, base_S + roots**2 @ free_S, thickness_um, below)
+
+    aims = {light: lab(to_rgb(wanted, light)) for light, _ in _WEIGHTS}
 
     def misfit(roots: Array) -> Array:
         found = seen(roots)
-        colours = [(lab(to_rgb(found, light)) - lab(to_rgb(wanted, light))) * weight for light, weight in _WEIGHTS]
-        return np.concatenate([*colours, _THRIFT * roots])
+        colours = [(lab(to_rgb(found, light)) - aims[light]) * weight for light, weight in _WEIGHTS]
+        return np.concatenate([*colours, _THRIFT * roots], axis=-1)
 
     starts = [np.full(len(free), np.sqrt(amount)) for amount in (0.0005, 0.005, 0.03)]
+    white = [name == "titanium-dioxide" for name in free]
+    starts.append(
+        np.where(white, np.sqrt(0.03), np.sqrt(0.002))
+    )  # a white that went to nothing has no slope to come back
     best = min((_least_squares(misfit, one) for one in starts), key=lambda roots: float((misfit(roots) ** 2).sum()))
     found = seen(best)
     fractions = {name: value for name, value in zip(free, map(float, best**2), strict=True) if value > 1e-7}
     errors = {light: float(delta_e(to_rgb(found, light), to_rgb(wanted, light))) for light in LIGHTS}
-    return Formulation(dict(fixed or {}) | fractions, found, errors)
+    return Formulation(held | fractions, found, errors)
 
 
 _WEIGHTS = (("D65", 1.0), ("A", 0.3))
@@ -138,14 +148,15 @@ def _spectrum(target: ArrayLike) -> Array:
 
 
 def _least_squares(misfit: Callable[[Array], Array], start: Array) -> Array:
-    """Levenberg-Marquardt with a Jacobian by differences (Marquardt 1963); roots keep the fractions >= 0."""
+    """Levenberg-Marquardt with a Jacobian by differences (Marquardt 1963); roots keep the fractions >= 0.
+
+    ``misfit`` takes one point (n,) or several at once (m, n).
+    """
     at, damping = start.copy(), 1e-2
     r = misfit(at)
     for _ in range(_STEPS):
         steps = np.maximum(1e-4 * np.abs(at), 1e-6)
-        J = np.stack(
-            [(misfit(at + step * unit) - r) / step for step, unit in zip(steps, np.eye(len(at)), strict=True)], -1
-        )
+        J = ((misfit(at + np.diag(steps)) - r) / steps[:, None]).T
         normal = J.T @ J
         move = np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-12), -J.T @ r)
         trial = np.clip(at + move, 0, 0.9 / np.sqrt(len(at)))

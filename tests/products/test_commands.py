@@ -206,3 +206,11 @@ def test_a_png_holds_the_picture(tmp_path: Path) -> None:
     write_png(tmp_path / "a.png", image)
     assert np.array_equal(np.asarray(colour_io.open(tmp_path / "a.png")), image)
     assert swatch_image(Library.shipped().products[0], 32).shape == (32, 32, 3)
+
+
+def test_a_pale_nude_over_skin_is_matched_with_as_much_white_as_it_takes(capsys: pytest.CaptureFixture) -> None:
+    assert main(["match", "#e8b7a0", "--thickness", "15um", "--skin", "medium", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["reached"]
+    assert found["fractions"]["titanium-dioxide"] > 0.01
+    assert set(found["delta_e"]) == {"D65", "A", "LED-B3"}

@@ -84,3 +84,11 @@ def test_an_rgb_target_is_met_under_daylight() -> None:
 def test_bad_input_is_named(arguments: dict, message: str) -> None:
     with pytest.raises(MakeupError, match=message):
         formulate(**arguments)
+
+
+def test_what_cannot_be_reached_is_as_near_as_with_any_fixed_white() -> None:
+    skin, green = reference_skins()["medium"], np.array([0.0, 1.0, 0.0])
+    pigments = ["chromium-green", "iron-oxide-yellow", "titanium-dioxide"]
+    free = formulate(green, pigments, thickness_um=15.0, skin=skin)
+    fixed = formulate(green, pigments[:2], thickness_um=15.0, skin=skin, fixed={"titanium-dioxide": 0.003})
+    assert free.delta_e["D65"] < fixed.delta_e["D65"] + 0.5
