@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import colour
@@ -22,7 +23,7 @@ from km_makeup.products.derivation.revigo import (
 )
 from km_makeup.products.pigment import mix_pigments, read_pigment, shipped_pigments
 from km_makeup.products.refractive_index import read_refractive_index
-from km_makeup.spectra import WAVELENGTHS, delta_e, resample, to_rgb
+from km_makeup.spectra import WAVELENGTHS, delta_e, lab, resample, to_rgb
 
 NM = np.array([400.0, 500.0, 600.0, 700.0])
 
@@ -159,3 +160,40 @@ def test_a_broken_pigment_file_is_named(tmp_path: Path) -> None:
     file.write_text('{"schema": 1, "id": "red"}')
     with pytest.raises(MakeupError, match=r"red\.json: K is missing"):
         read_pigment(file)
+
+
+def test_golden_paints_as_products_have_their_published_masstones(shared_data: Path, tmp_path: Path) -> None:
+    """All 19: imported, written, read again, opaque, seen through their own k1 and k2; against the printed two-constant formula.
+
+    The colours agree in hue with what the tubes say, which no error of unit, order or scale would leave so.
+    """
+    from km_makeup.optics import Interface, saunderson
+    from km_makeup.products import Product, Provenance, read_product, write_product
+
+    file = shared_data / "spectra" / "rit_golden_ks" / "golden_heavybody_two_constant_KS_380_750.json"
+    data = json.loads(file.read_text(encoding="utf-8"))
+    k1, k2 = data["saunderson_k1"], data["saunderson_k2"]
+    hues = {}
+    for name, paint in read_golden(shared_data / "spectra").items():
+        source = Provenance("derived from measured paint", "RIT Artist Paint Spectral Database")  # type: ignore[arg-type]
+        product = Product(f"golden-{name.lower()}", name, "paint", "cream", paint.K, paint.S, source)  # type: ignore[arg-type]
+        write_product(product, tmp_path / "one.json")
+        found = read_product(tmp_path / "one.json")
+        seen = saunderson(opaque_reflectance(found.K, found.S), Interface(k1, k2))
+        raw = data["pigments"][name]
+        ratio = np.array(raw["K"]) / np.array(raw["S"])
+        inner = 1 + ratio - np.sqrt(ratio**2 + 2 * ratio)  # Kubelka and Munk 1931
+        printed = k1 + (1 - k1) * (1 - k2) * inner / (1 - k2 * inner)  # Saunderson 1942
+        nm = raw["start_nm"] + raw["step_nm"] * np.arange(len(ratio))
+        assert np.abs(seen[:75:2] - np.interp(WAVELENGTHS[:75:2], nm, printed)).max() < 0.002, (
+            name
+        )  # K below 1e-5 of its peak is raised to that
+        assert float(delta_e(to_rgb(seen), to_rgb(resample(nm, printed)))) < 0.25, name
+        L, a, b = lab(to_rgb(seen - k1))
+        hues[name] = (float(L), float(np.degrees(np.arctan2(b, a)) % 360), float(np.hypot(a, b)))
+    print({name: tuple(round(value, 1) for value in one) for name, one in hues.items()})
+    assert len(hues) == 19
+    assert hues["TitaniumWhite"][0] > 95 > 30 > hues["BoneBlack"][0]
+    assert 20 < hues["PyrroleRed"][1] < 50
+    assert 40 < hues["PyrroleOrange"][1] < 75
+    assert all(one[2] < 8 for name, one in hues.items() if name in ("TitaniumWhite", "BoneBlack"))
