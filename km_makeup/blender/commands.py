@@ -13,6 +13,7 @@ from ..effects import Engine
 from ..errors import MakeupError
 from ..files import ensure_folder, replacing
 from ..jobs import BakeJob, HeadJob, RenderJob, RenderResult
+from ..makeup import Look
 from . import baking, looks, makeup, register, rendering, studio
 from .doctor import Finding, examine
 from .library import library
@@ -101,6 +102,27 @@ def _save(path: Path) -> None:
             reason = str(error).strip().removeprefix("Error: ")
             raise MakeupError(f"Cannot save {path} ({reason}); is the disk full?") from None
     log.info("saved %s", path)
+
+
+def run_look_apply(
+    head: Path, name: str | None, skin: Path | None, look: Look, maps: str, out: Path
+) -> tuple[str, str]:
+    """Put a look on a head and save it as a .blend; what became of its maps, and why."""
+    ensure_registered()
+    ensure_folder(out.parent)
+    opened = studio.open_head(head, skin, name)
+    for line in opened.said:
+        log.info(line)
+    choice = looks.apply_look(opened.object, look, None if maps == "auto" else looks.Method(maps))
+    _save(out)
+    return str(choice.method), choice.reason
+
+
+def run_look_save(head: Path, name: str | None, out: Path) -> int:
+    """Write the makeup of a head in a .blend as a look; how many layers it has."""
+    ensure_registered()
+    ensure_folder(out.parent)
+    return len(looks.save_look(studio.open_head(head, None, name).object, out).layers)
 
 
 def run_bake(job: BakeJob) -> tuple[dict[str, Path], float]:
