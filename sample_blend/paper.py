@@ -103,13 +103,18 @@ def open_sample(skin: str = "light"):
     return head
 
 
+FOUNDATIONS = {"light": "foundation-fair", "medium": "foundation-tan", "deep": "foundation-deep"}
+
+
 def skins(stage: Stage, look: str = "evening") -> Path:
-    """Light, medium and deep skin, bare and with the same products."""
+    """Light, medium and deep skin, bare and with the same products; the foundation in each skin's shade."""
     bare, made_up = [], []
-    for skin in ("light", "medium", "deep"):
+    worn = Look.load(HERE / "looks" / f"{look}.json")
+    for skin, foundation in FOUNDATIONS.items():
         head = open_sample(skin)
         bare.append((f"{skin} skin", stage.picture(f"skin-{skin}", "three-quarter")))
-        looks.apply_look(head, Look.load(HERE / "looks" / f"{look}.json"))
+        layers = [replace(x, product=foundation) if x.product == "foundation-fair" else x for x in worn.layers]
+        looks.apply_look(head, replace(worn, layers=tuple(layers)))
         made_up.append((f"{skin}, {look}", stage.picture(f"skin-{skin}-{look}", "three-quarter")))
     return sheets.contact_sheet([*bare, *made_up], stage.out / "skins.png", columns=3)
 

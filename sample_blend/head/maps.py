@@ -43,7 +43,7 @@ LOOKS = {
         ("blush-peach", 4.0, "blush", 0.55),
         ("eyeshadow-taupe", 5.0, "lids", 0.5),
         ("brow-brown", 3.0, "brows", 0.6),
-        ("lipstick-rose", 9.0, "lips", 0.8),
+        ("lipstick-coral", 8.0, "lips", 0.7),
     ],
     "evening": [
         ("foundation-fair", 14.0, "foundation", 0.95),
@@ -56,8 +56,8 @@ LOOKS = {
     ],
     "stage": [
         ("foundation-fair", 40.0, "foundation", 1.0),
-        ("bronzer-warm", 9.0, "contour", 0.9),
-        ("blush-berry", 8.0, "blush", 0.7),
+        ("bronzer-warm", 6.0, "contour", 0.6),
+        ("blush-berry", 6.0, "blush", 0.5),
         ("eyeshadow-plum", 18.0, "lids-smoke", 0.9),
         ("highlighter-champagne", 6.0, "highlight", 0.8),
         ("eyeliner-black", 20.0, "liner", 1.0),
