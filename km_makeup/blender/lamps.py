@@ -55,9 +55,9 @@ class LampLight:
     shadows: bool
     world: bool
 
-    def group(self, lobes: int) -> bpy.types.NodeTree:
-        """The group of nodes for a number of lobes."""
-        return highlights_group(self.lamps, lobes, self.shadows, self.world)
+    def group(self, lobes: int, scatters: bool) -> bpy.types.NodeTree:
+        """The group of nodes for a number of lobes, in a material that has a subsurface closure or not."""
+        return highlights_group(self.lamps, lobes, self.shadows, self.world, scatters)
 
     def marks(self) -> tuple[object, ...]:
         """What the group is built from."""
@@ -134,12 +134,14 @@ def _radius(obj: bpy.types.Object) -> float:
     return float(np.sqrt(area / np.pi))
 
 
-def highlights_group(lamps: Sequence[bpy.types.Object], lobes: int, shadows: bool, world: bool) -> bpy.types.NodeTree:
+def highlights_group(
+    lamps: Sequence[bpy.types.Object], lobes: int, shadows: bool, world: bool, scatters: bool = False
+) -> bpy.types.NodeTree:
     """The group that adds the highlights of these lamps on so many lobes; the one in the file if it is current."""
     kinds = [LampKind(obj.data.type) for obj in lamps]
     shapes = [getattr(obj.data, "shape", "") for obj in lamps]
     signature = signature_of(
-        lobes, shadows, world, *((obj.name, kind.value) for obj, kind in zip(lamps, kinds)), *shapes
+        lobes, shadows, world, scatters, *((obj.name, kind.value) for obj, kind in zip(lamps, kinds)), *shapes
     )
     for tree in bpy.data.node_groups:
         if (tree.get(KIND), tree.get(SIGNATURE), tree.get(STAMP)) == (GROUP_KIND, signature, VERSION) and _reads(
@@ -149,7 +151,7 @@ def highlights_group(lamps: Sequence[bpy.types.Object], lobes: int, shadows: boo
     tree = bpy.data.node_groups.new("KM Highlights", "ShaderNodeTree")
     tree[KIND], tree[SIGNATURE], tree[STAMP] = GROUP_KIND, signature, VERSION
     builder = Tree(tree)
-    for node, obj in zip(build_highlights(builder, kinds, lobes, shadows, world), lamps):
+    for node, obj in zip(build_highlights(builder, kinds, lobes, shadows, world, scatters), lamps):
         node.label = obj.name
         _drive_lamp(node, obj)
     builder.arrange()

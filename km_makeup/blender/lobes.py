@@ -64,16 +64,16 @@ class _Lobe:
 
 
 def lay_highlights(
-    tree: Tree, node: bpy.types.Node, group: bpy.types.Node, highlights: Highlights, several: bool
+    tree: Tree, node: bpy.types.Node, group: bpy.types.Node, highlights: Highlights, several: bool, scatters: bool
 ) -> list[bpy.types.Node]:
     """Give a Principled shader the highlights of skin and films.
 
     Parameters: ``group`` the makeup's, with its weights; ``several`` whether a copy of the shader for each finish may be
-    made (Cycles). Returns the shaders that are there now, all of which want the colour of skin with films.
+    made (Cycles); ``scatters`` whether the material has a subsurface closure. Returns the shaders that are there now, all of which want the colour of skin with films.
     """
     lobes = _lobes_of(tree, node, group, highlights)
     if highlights.lamps is not None and not several:
-        _paper(tree, node, group, lobes, highlights)
+        _paper(tree, node, group, lobes, highlights, scatters)
         return [node]
     share = Scalar(tree, group.outputs[SHARE])
     if several:
@@ -175,7 +175,12 @@ def _copies(tree: Tree, node: bpy.types.Node, lobes: Sequence[_Lobe]) -> list[bp
 
 
 def _paper(
-    tree: Tree, node: bpy.types.Node, makeup: bpy.types.Node, lobes: Sequence[_Lobe], highlights: Highlights
+    tree: Tree,
+    node: bpy.types.Node,
+    makeup: bpy.types.Node,
+    lobes: Sequence[_Lobe],
+    highlights: Highlights,
+    scatters: bool,
 ) -> None:
     """No lobe of the shader's own, and the light of the paper's added to it."""
     assert highlights.lamps is not None
@@ -189,7 +194,7 @@ def _paper(
             f"Roughness {place}": lobe.roughness * lobe.roughness,
             f"F0 {place}": lobe.f0,
         }
-    group = tree.group(highlights.lamps.group(len(shining)), **inputs)
+    group = tree.group(highlights.lamps.group(len(shining), scatters), **inputs)
     _set(tree, node.inputs["Specular IOR Level"], 0.0)
     normal = node.inputs["Normal"]
     geometry = None if normal.is_linked else tree.node("ShaderNodeNewGeometry").outputs["Normal"]

@@ -159,17 +159,21 @@ def apply_makeup(
 def _apply(
     surface: bpy.types.NodeSocket, makeup: MakeupNode, form: Closures, highlights: Highlights, dither: bool
 ) -> None:
-    for node in list(shader_nodes(surface)):
+    nodes = list(shader_nodes(surface))
+    scatters = form is Closures.ONE and any(_scatters(node) for node in nodes)
+    for node in nodes:
         if node.bl_idname == "ShaderNodeGroup" and node.node_tree:
             node.node_tree = node.node_tree.copy()
             for end in _group_ends(node.node_tree):
                 _apply(end, makeup, form, highlights, dither)
         elif node.bl_idname in COLOUR_INPUT:
-            _cover(node, makeup, form, highlights, dither)
+            _cover(node, makeup, form, highlights, dither, scatters)
 
 
-def _cover(node: bpy.types.Node, makeup: MakeupNode, form: Closures, highlights: Highlights, dither: bool) -> None:
-    """Lay the makeup over one closure."""
+def _cover(
+    node: bpy.types.Node, makeup: MakeupNode, form: Closures, highlights: Highlights, dither: bool, scatters: bool
+) -> None:
+    """Lay the makeup over one closure; ``scatters`` tells whether a closure of the material does."""
     tree = Tree(node.id_data)
     group = makeup(node.id_data)
     group.location = (node.location.x - 260, node.location.y)
@@ -179,7 +183,7 @@ def _cover(node: bpy.types.Node, makeup: MakeupNode, form: Closures, highlights:
     if SHARE in group.outputs:
         _fill(tree, node, Scalar(tree, group.outputs[SHARE]))
         if node.bl_idname == PRINCIPLED:
-            shaders = lay_highlights(tree, node, group, highlights, form is Closures.TWO)
+            shaders = lay_highlights(tree, node, group, highlights, form is Closures.TWO, scatters)
     if dither:
         total = _dithered(tree, total)
     if form is Closures.TWO and _scatters(node):

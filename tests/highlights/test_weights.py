@@ -157,6 +157,22 @@ def test_lamp_by_lamp_takes_the_place_of_the_shaders_own_lobe(tmp_path: Path) ->
     assert "no lamp" in makeup.plan_of(obj).lamp_highlights.reason
 
 
+def test_shadows_dim_nothing_where_nothing_blocks_the_light_of_a_scattering_skin(tmp_path: Path) -> None:
+    """EEVEE's Shader to RGB reads pi times less in a material with a subsurface closure; a Blender that mends it fails here."""
+    lit.lamp("POINT", (0, 0.5, 0.6), energy=60, shadow_soft_size=0.03)
+    bpy.context.scene.render.engine = "BLENDER_EEVEE"
+    obj = made_up(tmp_path, highlight="LAMPS", highlight_shown="FILMS", both_engines=False)
+    lit.camera((0, -0.5, 0.6))
+    shadowed = lit.render(tmp_path, "BLENDER_EEVEE", 12, 4)[..., :3]
+    obj.km_makeup.highlight_shadows = False
+    plain = lit.render(tmp_path, "BLENDER_EEVEE", 12, 4)[..., :3]
+    obj.km_makeup.highlight_shown = "SKIN"
+    without = lit.render(tmp_path, "BLENDER_EEVEE", 12, 4)[..., :3]
+    shine = (plain - without).max()
+    assert shine > 0.1
+    assert np.abs(shadowed - plain).max() < 0.03 * shine
+
+
 def test_lamps_that_come_or_change_their_type_are_followed(tmp_path: Path) -> None:
     from km_makeup.blender import highlights_follow
 
