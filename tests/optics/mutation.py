@@ -74,14 +74,14 @@ NAMED = (
     Mistake(
         "Eq 3 as misprinted, T1 R1 T1",
         "films.py",
-        "R_top=U.R_top + down * L.R_top * U.T_up",
-        "R_top=U.R_top + down * U.R_top * U.T_up",
+        "_lit(U.R_top, U.A_top, down, L.R_top, L.A_top,",
+        "_lit(U.R_top, U.A_top, down, U.R_top, L.A_top,",
     ),
     Mistake(
         "the upper film lit from above in the denominator",
         "films.py",
-        "bounce = U.R_bottom * L.R_top",
-        "bounce = U.R_top * L.R_top",
+        "bounce = np.multiply(U.R_bottom, L.R_top, out=d)",
+        "bounce = np.multiply(U.R_top, L.R_top, out=d)",
     ),
     Mistake("the same where two whites meet", "films.py", "U.R_bottom * (L.A_top + L.T)", "U.R_top * (L.A_top + L.T)"),
     Mistake(
@@ -95,8 +95,8 @@ NAMED = (
     Mistake(
         "1 - R R in white on white",
         "films.py",
-        "np.where(bounce < 0.5, 1 - bounce,",
-        "np.where(bounce < 1.5, 1 - bounce,",
+        "much = bounce >= 0.5",
+        "much = bounce >= 1.5",
     ),
 )
 
