@@ -119,13 +119,13 @@ def write_maps(found, names: Iterable[str], folder: Path, size: int = 1024) -> N
     """Maps for another head that stand for the sample's of these names, as grey PNG files in ``folder``."""
     from PIL import Image
 
-    from km_makeup.makeup.regions import RegionOptions, correspond_to_pattern, masks
+    from km_makeup.makeup.regions import RegionOptions, laid_on_pattern, masks
 
     wanted = sorted(set(names) & set(regions()))
-    between = correspond_to_pattern(landmarked(found), (size, size))
+    laid = laid_on_pattern(landmarked(found), (size, size))
     folder.mkdir(parents=True, exist_ok=True)
     options = RegionOptions(edge_mm=1.0, brows=False)
-    for name, value in zip(wanted, masks([regions()[name] for name in wanted], between, options), strict=True):
+    for name, value in zip(wanted, masks([regions()[name] for name in wanted], laid, options), strict=True):
         Image.fromarray((value[::-1] * 255 + 0.5).astype(np.uint8), "L").save(folder / f"{name}.png")
 
 
