@@ -25,13 +25,14 @@ def add_layer(context: bpy.types.Context, obj: bpy.types.Object, product_id: str
 
     Raises MakeupError where the product is unknown or the object cannot be set up; nothing is changed then.
     """
-    from . import images, makeup, painting
+    from . import images, makeup, painting, udim
     from .library import library
     from .update import one_update, paused
 
     product = library().find(product_id)
     if not obj.km_makeup.slots:
         makeup.set_up(obj)
+    udim.check_skin([entry.original for entry in obj.km_makeup.slots if entry.original])
     sizes = [layer.map.size[:] for layer in obj.km_makeup.layers if layer.map]
     width, height = max(sizes) if sizes else (MAP_SIZE, MAP_SIZE)
     active, image = obj.km_makeup.active, images.new_map(f"{obj.name} {product.name}", width, height)

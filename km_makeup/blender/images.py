@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..errors import MakeupError
 from ..makeup.maps import CHANNELS, check_map
+from . import udim
 
 IMAGE_KIND = "km_makeup_image"
 
@@ -17,8 +18,9 @@ IMAGE_KIND = "km_makeup_image"
 def pixels(image: bpy.types.Image) -> NDArray[np.float32]:
     """The image as stored, (height, width, 4), bottom row first; encoded values where it is not linear.
 
-    Raises MakeupError where the image has no data (its file is missing).
+    Raises MakeupError where the image is tiled or has no data (its file is missing).
     """
+    udim.check_map(image)
     width, height = image.size
     if width == 0 or height == 0:
         raise MakeupError(

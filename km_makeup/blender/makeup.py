@@ -17,7 +17,7 @@ from ..errors import MakeupError
 from ..makeup import Coat, coat, interface_of
 from ..products import Finish, Product
 from ..spectra import Bands, bands
-from . import fitting, images
+from . import fitting, images, udim
 from .highlights import by_maps, film_highlights, finishes_of, highlights_of, lamps_for
 from .library import library
 from .lobes import Highlights
@@ -74,6 +74,7 @@ def set_up(obj: bpy.types.Object, slots: list[int] | None = None, uv_map: str | 
         )
     for index in chosen:
         _check_slot(obj, index)
+    udim.check_skin([obj.material_slots[index].material for index in chosen])
     if obj.km_makeup.slots:
         remove(obj, keep_layers=True)
     with paused():

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from . import images
+from . import images, udim
 from .shaders import skin_colour_sockets
 
 GRID = 96
@@ -36,8 +36,9 @@ class Skin:
 def skin_of(materials: list[bpy.types.Material], uv_map: str) -> Skin:
     """The skin of an object's chosen materials.
 
-    Raises MakeupError where a material has no shader that can carry makeup.
+    Raises MakeupError where a material has no shader that can carry makeup, or a tiled texture.
     """
+    udim.check_skin(materials)
     space = bpy.data.colorspace.working_space
     found: list[NDArray] = []
     texture = None
