@@ -70,6 +70,7 @@ def main() -> int:
         scene.lights()
         scene.cameras()
         scene.settings()
+        scene.opening()
         scene.save(arguments.out.resolve() / "head.blend")
     say(f"wrote {arguments.out / 'head.blend'}")
     return 0

@@ -255,9 +255,23 @@ def settings() -> None:
     scene.cycles.use_denoising = True
 
 
+def opening() -> None:
+    """The file opens on the head: selected, active, seen through the front camera."""
+    head = bpy.data.objects["Head"]
+    head.select_set(True)
+    bpy.context.view_layer.objects.active = head
+    for screen in bpy.data.screens:
+        for area in screen.areas:
+            for space in area.spaces:
+                if space.type == "VIEW_3D":
+                    space.region_3d.view_perspective = "CAMERA"
+                    space.shading.type = "MATERIAL"
+                    space.overlay.show_relationship_lines = False
+
+
 def save(path: Path) -> None:
     bpy.context.preferences.filepaths.save_version = 0  # no head.blend1 beside it
     bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True, copy=False)
 
 
-__all__ = ["cameras", "eyes", "hair", "head", "lights", "picture", "save", "settings"]
+__all__ = ["cameras", "eyes", "hair", "head", "lights", "opening", "picture", "save", "settings"]
