@@ -13,6 +13,8 @@ from ..makeup.maps import CHANNELS, check_map
 from . import udim
 
 IMAGE_KIND = "km_makeup_image"
+KEPT_MAP = "kept map"
+"""Kind of a map whose layer was removed."""
 
 
 def pixels(image: bpy.types.Image) -> NDArray[np.float32]:
@@ -66,6 +68,7 @@ _statistics: dict[tuple, tuple[float, float]] = {}
 def unsaved_maps() -> list[bpy.types.Image]:
     """Cosmetic maps and exclusion masks with strokes that are neither in the .blend nor in their files."""
     used = [image for obj in bpy.data.objects if obj.km_makeup.layers for image in _maps(obj)]
+    used += [image for image in bpy.data.images if image.get(IMAGE_KIND) == KEPT_MAP and image.library is None]
     return [image for image in dict.fromkeys(used) if image.is_dirty or (image.source == "GENERATED" and _bare(image))]
 
 
@@ -127,10 +130,19 @@ def image_from_map(name: str, values: NDArray) -> bpy.types.Image:
 
 
 def keep(maps: Iterable[bpy.types.Image | None]) -> None:
-    """Keep images in the file though nothing uses them any more, until the user deletes them."""
+    """Keep images in the file though nothing uses them any more, with their unsaved strokes, until the user deletes them."""
     for image in maps:
         if image is not None and image.library is None:
             image.use_fake_user = True
+            image[IMAGE_KIND] = KEPT_MAP
+            if min(image.size) > 0 and (image.is_dirty or (image.source == "GENERATED" and _bare(image))):
+                image.pack()
+
+
+def shape_is_in_alpha(image: bpy.types.Image) -> bool:
+    """Whether an image has one colour all over and its shape in alpha, as a stamp drawn on a transparent ground has."""
+    values = pixels(image)
+    return float(np.ptp(values[..., :3], axis=(0, 1)).max()) == 0 and float(np.ptp(values[..., 3])) > 0
 
 
 def copy_of(image: bpy.types.Image) -> bpy.types.Image:

@@ -6,6 +6,7 @@ while the plan lists a film. The slot and its original are remembered, so taking
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import replace
 
@@ -274,6 +275,8 @@ def facts_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> SceneFacts:
     alone = any(layer.solo for layer in obj.km_makeup.layers)
     for index, layer in enumerate(obj.km_makeup.layers):
         product = library().find(layer.product)
+        if not math.isfinite(layer.thickness_um):
+            raise MakeupError(f"The thickness of layer {layer.name!r} is not a number; give it one in µm.")
         high, covered = images.statistics(layer.map, layer.channel) if layer.map else (0.0, 0.0)
         high *= layer.strength
         layer.map_max, layer.coverage = high, covered

@@ -89,6 +89,7 @@ def enter(context: bpy.types.Context, obj: bpy.types.Object) -> None:
     uv = obj.data.uv_layers.get(obj.km_makeup.uv_map)
     if uv is None:
         raise MakeupError(f"{obj.name!r} has no UV map named {obj.km_makeup.uv_map!r}; press Set Up Makeup again.")
+    obj.km_makeup.show = True  # one paints what one sees
     obj.data.uv_layers.active = uv  # Texture Paint in image mode paints on the active one
     set_canvas(context.scene, wanted)
     if obj.mode != "TEXTURE_PAINT" and not bpy.app.background:
@@ -109,6 +110,18 @@ def take_brush(context: bpy.types.Context, stroke: Stroke, mark: float = 1.0) ->
     brush = paint.brush
     if brush is not None and stroke.colour is not None:
         brush.blend = "MIX"
+
+
+SHARE_OF_VIEW = 0.045
+"""Radius of the first brush as a share of the viewport's height: about a cheek's on a head that fills it."""
+
+
+def fit_brush(context: bpy.types.Context) -> None:
+    """Make the brush as large as suits a head that is framed in this viewport."""
+    if context.area is not None and context.area.type == "VIEW_3D":
+        unified = context.scene.tool_settings.image_paint.unified_paint_settings
+        unified.use_unified_size = True
+        unified.size = max(12, round(SHARE_OF_VIEW * context.area.height))
 
 
 def stroke_of(scene: bpy.types.Scene) -> Stroke | None:

@@ -189,16 +189,43 @@ def test_duplicating_a_layer_copies_its_map_with_unsaved_strokes(head):
     assert second.map.packed_file
 
 
-def test_the_map_of_a_removed_layer_is_in_the_file_after_saving(head, tmp_path):
+@pytest.mark.parametrize("how", ["layer_remove", "remove"])
+def test_the_map_of_a_removed_layer_is_in_the_file_after_saving_strokes_and_all(head, tmp_path, how):
     import bpy
+
+    from km_makeup.blender import images
 
     painted_head(head)
     head.km_makeup.active = 0
-    name, values = head.km_makeup.layers[0].map.name, np.array(head.km_makeup.layers[0].map.pixels[:64])
-    ops().layer_remove()
+    image = head.km_makeup.layers[0].map
+    name, values = image.name, images.map_values(image, "R").copy()
+    assert image.is_dirty and values.max() > 0
+    getattr(ops(), how)()
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
-    assert np.allclose(bpy.data.images[name].pixels[:64], values)
+    assert np.array_equal(images.map_values(bpy.data.images[name], "R"), values)
+
+
+def test_a_map_whose_shape_lies_in_alpha_is_read_there(head, tmp_path):
+    import bpy
+
+    painted_head(head, ("blush-rose",))
+    rgba = np.ones((16, 16, 4), np.float32)
+    rgba[:8, :, 3] = 0
+    stamp = bpy.data.images.new("Stamp", 16, 16, alpha=True, is_data=True)
+    stamp.alpha_mode = "CHANNEL_PACKED"
+    stamp.pixels.foreach_set(rgba.reshape(-1))
+    stamp.filepath_raw, stamp.file_format = str(tmp_path / "stamp.png"), "PNG"
+    stamp.save()
+    ops().load_map(filepath=str(tmp_path / "stamp.png"))
+    layer = head.km_makeup.layers[0]
+    assert (layer.channel, layer.coverage) == ("A", 0.5)
+
+
+def test_a_thickness_that_is_no_number_is_said(head):
+    painted_head(head, ("blush-rose",))
+    head.km_makeup.layers[0].thickness_um = float("nan")
+    assert "is not a number" in head.km_makeup.get("problem", "") or head.km_makeup.layers[0].thickness_um >= 0
 
 
 def test_before_shows_the_originals_and_after_the_same_copies(head):

@@ -140,7 +140,17 @@ class Window:
             "MESA_SHADER_CACHE_DIR": str(user_folder / "mesa"),
         }
         self.server = self._start(
-            [*self.inside, "Xvfb", self.display, "-screen", "0", "1600x900x24", "+extension", "GLX"]
+            [
+                *self.inside,
+                "Xvfb",
+                self.display,
+                "-screen",
+                "0",
+                "1600x900x24",
+                "+extension",
+                "GLX",
+                "-r",
+            ]  # no key repeats itself
         )
         self.hand = self._start([*self.inside, "bash"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         self._wait_for_display()

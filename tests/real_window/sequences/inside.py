@@ -192,10 +192,8 @@ class Sequence:
     def do_stroke(self) -> Steps:
         if head().mode != "TEXTURE_PAINT":
             yield from self.do_leave_or_enter()
-        before = state()
         yield from stroke(self.rng)
-        if difference(before, state()):  # a stroke beside the head lays nothing and is no step
-            self.remember()
+        self.remember()  # beside the head it lays nothing, and is a step of undo all the same
 
     def do_undo(self) -> Steps:
         if self.place == 0:

@@ -70,12 +70,27 @@ class KM_OT_load_map(MakeupOperator, bpy.types.Operator, ImportHelper):
     needs_layer = True
     filter_glob: StringProperty(default=";".join(f"*{end}" for end in PICTURES), options={"HIDDEN"})
 
-    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> str:
         from ... import painting
 
-        layer = active_layer(obj)
-        layer.map = _image(self.filepath, layer.channel)
+        message = _give_map(active_layer(obj), self.filepath)
         painting.follow_layer(obj, context.scene)
+        return message
+
+
+def _give_map(layer: bpy.types.PropertyGroup, filepath: str) -> str:
+    """Make an image file the map of a layer; where its shape lies in alpha alone, that channel is read."""
+    from ... import images
+    from ...update import paused
+
+    image = _image(filepath, layer.channel)
+    message = f"{Path(filepath).name} is the map of {layer.name}"
+    if layer.channel == "R" and images.shape_is_in_alpha(image):
+        with paused():
+            layer.channel = "A"
+        message += "; its shape lies in alpha, so Channel is A"
+    layer.map = image
+    return message
 
 
 def _image(filepath: str, channel: str) -> bpy.types.Image:
@@ -123,9 +138,9 @@ class KM_OT_drop_map(MakeupOperator, bpy.types.Operator):
             return f"{Path(self.filepath).name} keeps makeup away where it is white"
         if layer is None:
             raise MakeupError("There is no layer for this map; add one, then drop the image again.")
-        layer.map = _image(self.filepath, layer.channel)
+        message = _give_map(layer, self.filepath)
         painting.follow_layer(obj, context.scene)
-        return f"{Path(self.filepath).name} is the map of {layer.name}"
+        return message
 
 
 class KM_FH_map(bpy.types.FileHandler):

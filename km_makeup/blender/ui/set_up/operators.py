@@ -66,6 +66,7 @@ class KM_OT_set_up(MakeupOperator, bpy.types.Operator):
             painting.bring_into_view(context, obj)
             painting.enter(context, obj)
             painting.take_brush(context, painting.Stroke.PAINT)
+            painting.fit_brush(context)
             if self.shading:
                 painting.show_materials(context)
         return message
