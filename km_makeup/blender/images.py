@@ -13,8 +13,8 @@ from ..makeup.maps import CHANNELS, check_map
 from . import udim
 
 IMAGE_KIND = "km_makeup_image"
-KEPT_MAP = "kept map"
-"""Kind of a map whose layer was removed."""
+COSMETIC_MAP = "cosmetic map"
+"""Kind of the maps made or loaded here; they are kept in the .blend with their strokes whether a layer uses them or not."""
 
 
 def pixels(image: bpy.types.Image) -> NDArray[np.float32]:
@@ -68,19 +68,14 @@ _statistics: dict[tuple, tuple[float, float]] = {}
 def unsaved_maps() -> list[bpy.types.Image]:
     """Cosmetic maps and exclusion masks with strokes that are neither in the .blend nor in their files."""
     used = [image for obj in bpy.data.objects if obj.km_makeup.layers for image in _maps(obj)]
-    used += [image for image in bpy.data.images if image.get(IMAGE_KIND) == KEPT_MAP and image.library is None]
-    return [image for image in dict.fromkeys(used) if image.is_dirty or (image.source == "GENERATED" and _bare(image))]
+    used += [image for image in bpy.data.images if image.get(IMAGE_KIND) == COSMETIC_MAP and image.library is None]
+    return [image for image in dict.fromkeys(used) if image.is_dirty and image.users and min(image.size) > 0]
 
 
 def _maps(obj: bpy.types.Object) -> list[bpy.types.Image]:
     makeup = obj.km_makeup
     every = [layer.map for layer in makeup.layers] + [makeup.exclusion]
     return [image for image in every if image is not None and image.library is None]
-
-
-def _bare(image: bpy.types.Image) -> bool:
-    """Whether an image made in Blender is kept nowhere."""
-    return not image.packed_file and not len(image.packed_files)
 
 
 def linear_colours(values: NDArray, image: bpy.types.Image, space: str) -> NDArray:
@@ -110,6 +105,7 @@ def new_map(name: str, width: int, height: int, full_float: bool = False) -> bpy
     """An empty cosmetic map, Non-Color, packed into the file so that it cannot be lost."""
     image = bpy.data.images.new(name, width, height, alpha=False, float_buffer=full_float, is_data=True)
     image.generated_color = (0, 0, 0, 1)
+    image[IMAGE_KIND] = COSMETIC_MAP
     image.pack()
     return image
 
@@ -119,6 +115,7 @@ def image_from_map(name: str, values: NDArray) -> bpy.types.Image:
     height, width = values.shape
     eight_bit = values.dtype == np.uint8
     image = bpy.data.images.new(name, width, height, alpha=False, float_buffer=not eight_bit, is_data=True)
+    image[IMAGE_KIND] = COSMETIC_MAP
     grey = values.astype(np.float32) / (255 if eight_bit else 1)
     rgba = np.empty((height, width, 4), np.float32)
     rgba[..., :3] = grey[..., None]
@@ -134,8 +131,8 @@ def keep(maps: Iterable[bpy.types.Image | None]) -> None:
     for image in maps:
         if image is not None and image.library is None:
             image.use_fake_user = True
-            image[IMAGE_KIND] = KEPT_MAP
-            if min(image.size) > 0 and (image.is_dirty or (image.source == "GENERATED" and _bare(image))):
+            image[IMAGE_KIND] = COSMETIC_MAP
+            if image.is_dirty and min(image.size) > 0:
                 image.pack()
 
 
@@ -151,6 +148,7 @@ def copy_of(image: bpy.types.Image) -> bpy.types.Image:
         image.name, *image.size, alpha=image.channels == 4, float_buffer=image.is_float, is_data=True
     )
     twin.pixels.foreach_set(pixels(image).reshape(-1))
+    twin[IMAGE_KIND] = COSMETIC_MAP
     twin.update()
     twin.pack()
     return twin
@@ -164,6 +162,7 @@ def filled_like(image: bpy.types.Image | None, name: str, value: float) -> bpy.t
         float_buffer=image is not None and image.is_float, is_data=True,
     )  # fmt: skip
     made.pixels.foreach_set(np.tile(np.array([value] * 3 + [1], np.float32), width * height))
+    made[IMAGE_KIND] = COSMETIC_MAP
     made.update()
     made.pack()
     return made
@@ -184,6 +183,7 @@ def load_map(path: str, channel: str, values: NDArray) -> bpy.types.Image:
             return image
     image = bpy.data.images.load(path)
     image.colorspace_settings.name = "Non-Color"
+    image[IMAGE_KIND] = COSMETIC_MAP
     if not image.packed_file:
         image.pack()
     return image

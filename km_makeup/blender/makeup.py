@@ -7,7 +7,6 @@ while the plan lists a film. The slot and its original are remembered, so taking
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import replace
 
 import bpy
@@ -35,7 +34,7 @@ from .nodes.groups import (
 )
 from .nodes.weights import FilmHighlight
 from .shaders import apply_makeup, skin_colour_sockets
-from .skin import Skin, skin_of
+from .skin import Skin, looks_like_skin, skin_of
 from .update import paused
 
 MADE = "km_makeup_made"
@@ -121,30 +120,11 @@ def usable_slots(obj: bpy.types.Object) -> list[int]:
     return result
 
 
-NOT_SKIN = {
-    "eye", "eyes", "eyeball", "cornea", "iris", "sclera", "pupil", "lens", "tear", "tearline", "caruncle", "lash", "lashes",
-    "eyelash", "eyelashes", "brow", "brows", "eyebrow", "eyebrows", "hair", "beard", "stubble", "tooth", "teeth", "tongue",
-    "gum", "gums", "nail", "nails", "cloth", "clothes", "shirt", "glasses", "helper",
-}  # fmt: skip
-"""Words in a material's name by which it is taken for something else than skin."""
-
-
 def skin_slots(obj: bpy.types.Object) -> list[int]:
     """Usable slots that look like skin: no eyes, hair, teeth and the like by name, no glass; all usable ones if none does."""
     usable = usable_slots(obj)
-    return [i for i in usable if _looks_like_skin(obj.material_slots[i].material)] or usable
-
-
-def _looks_like_skin(material: bpy.types.Material) -> bool:
-    own = _original_of(material) or material
-    words = set(re.findall(r"[a-z]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", own.name).lower()))
-    transmission = [
-        socket.node.inputs["Transmission Weight"]
-        for socket in skin_colour_sockets(material)
-        if "Transmission Weight" in socket.node.inputs
-    ]
-    glass = any(not one.is_linked and one.default_value > 0.5 for one in transmission)
-    return not words & NOT_SKIN and not glass
+    held = [obj.material_slots[i].material for i in usable]
+    return [i for i, one in zip(usable, held) if looks_like_skin(one, (_original_of(one) or one).name)] or usable
 
 
 def remove(obj: bpy.types.Object, keep_layers: bool = False) -> None:

@@ -13,6 +13,7 @@ from bpy_extras.view3d_utils import location_3d_to_region_2d
 from mathutils import Vector
 
 from ..errors import MakeupError
+from .images import COSMETIC_MAP, IMAGE_KIND
 
 FIRST_PRODUCT = "blush-rose"
 """Product of the layer that Set Up makes: it is seen on every skin at the first stroke."""
@@ -53,10 +54,10 @@ def active_map(obj: bpy.types.Object) -> bpy.types.Image | None:
 
 
 def follow_layer(obj: bpy.types.Object, scene: bpy.types.Scene) -> None:
-    """Make the map of the selected layer the canvas, where the brush is on this object's makeup already."""
+    """Make the map of the selected layer the canvas of a head that is being painted, unless an image of another kind is."""
     paint = scene.tool_settings.image_paint
     wanted = active_map(obj)
-    ours = paint.canvas is None or any(paint.canvas in maps_of(one) for one in bpy.data.objects if one.km_makeup.layers)
+    ours = paint.canvas is None or paint.canvas.get(IMAGE_KIND) == COSMETIC_MAP or paint.canvas in maps_of(obj)
     if obj.mode == "TEXTURE_PAINT" and wanted is not None and (paint.mode == "MATERIAL" or ours):
         set_canvas(scene, wanted)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 import bpy
@@ -117,3 +118,23 @@ def _representative(colours: NDArray) -> NDArray:
         chosen.append(int(np.argmax(distance)))
         distance = np.minimum(distance, np.linalg.norm(kept - kept[chosen[-1]], axis=1))
     return kept[chosen]
+
+
+NOT_SKIN = {
+    "eye", "eyes", "eyeball", "cornea", "iris", "sclera", "pupil", "lens", "tear", "tearline", "caruncle", "lash", "lashes",
+    "eyelash", "eyelashes", "brow", "brows", "eyebrow", "eyebrows", "hair", "beard", "stubble", "tooth", "teeth", "tongue",
+    "gum", "gums", "nail", "nails", "cloth", "clothes", "shirt", "glasses", "helper",
+}  # fmt: skip
+"""Words in a material's name by which it is taken for something else than skin."""
+
+
+def looks_like_skin(material: bpy.types.Material, name: str) -> bool:
+    """Whether a material that makeup can lie on is skin by its ``name`` and lets no light through."""
+    words = set(re.findall(r"[a-z]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower()))
+    transmission = [
+        socket.node.inputs["Transmission Weight"]
+        for socket in skin_colour_sockets(material)
+        if "Transmission Weight" in socket.node.inputs
+    ]
+    glass = any(not one.is_linked and one.default_value > 0.5 for one in transmission)
+    return not words & NOT_SKIN and not glass

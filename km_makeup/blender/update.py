@@ -1,8 +1,4 @@
-"""Rebuilding after a property changed: at once, or once at the end of many changes; and what has to happen around undo.
-
-Blender records no step of undo for a property that is changed in a panel while a brush mode is on, and the undo of
-the next stroke would silently take the change with it. So a step is pushed here, once the value rests.
-"""
+"""Rebuilding after a property changed: at once, or once at the end of many changes; and what has to happen around undo."""
 
 from __future__ import annotations
 
@@ -12,13 +8,7 @@ from collections.abc import Iterator
 import bpy
 
 _paused = 0
-_step = ""
-"""Name of the step of undo that waits to be pushed."""
-
-_operators = 0
 _undone = 0
-REST = 0.3
-"""Seconds for which a value must not change before its step of undo is pushed."""
 
 
 @contextlib.contextmanager
@@ -46,18 +36,6 @@ def paused() -> Iterator[None]:
         _paused -= 1
 
 
-@contextlib.contextmanager
-def operator_step() -> Iterator[None]:
-    """What an operator changes inside the block is in the step of undo that Blender pushes for it, with what waits to be pushed."""
-    global _operators, _step
-    _operators += 1
-    try:
-        yield
-    finally:
-        _operators -= 1
-        _step = ""
-
-
 def layer_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
     """A property of a layer changed: baked textures no longer show it, so the live path takes over."""
     _changed(self.id_data, stale=True)
@@ -78,7 +56,7 @@ def active_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) ->
         if left is not None:
             images.forget_statistics(left)  # it may have been painted, or erased to nothing
         follow_layer(self.id_data, bpy.context.scene)
-        _changed(self.id_data, name="Select Layer")
+        _changed(self.id_data)
 
 
 def exclusion_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
@@ -89,7 +67,7 @@ def exclusion_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context)
     active_changed(self, context)
 
 
-def _changed(obj: bpy.types.Object, stale: bool = False, name: str = "Makeup") -> None:
+def _changed(obj: bpy.types.Object, stale: bool = False) -> None:
     from .makeup import refresh
 
     if _paused or not obj.km_makeup.slots:
@@ -98,7 +76,6 @@ def _changed(obj: bpy.types.Object, stale: bool = False, name: str = "Makeup") -
         with paused():
             obj.km_makeup.path = "LIVE"
     told(obj, refresh)
-    push_step(obj, name)
 
 
 def told(obj: bpy.types.Object, build: object) -> None:
@@ -115,31 +92,6 @@ def told(obj: bpy.types.Object, build: object) -> None:
             del obj.km_makeup["problem"]
 
 
-def push_step(obj: bpy.types.Object, name: str) -> None:
-    """Push a step of undo soon, where Blender itself pushes none: in the brush modes of a window."""
-    global _step
-    if _operators or bpy.app.background or obj.mode not in {"TEXTURE_PAINT", "SCULPT"}:
-        return
-    _step = name
-    if bpy.app.timers.is_registered(_push):
-        bpy.app.timers.unregister(_push)
-    bpy.app.timers.register(_push, first_interval=REST)
-
-
-def _push() -> float | None:
-    """Timer: push the step that waits, unless a stroke or another operator is under way."""
-    global _step
-    windows = bpy.context.window_manager.windows
-    if any(window.modal_operators for window in windows):
-        return REST
-    if _step and windows:
-        # Without an active object the step is a global one; in Texture Paint it would hold pixels alone.
-        with bpy.context.temp_override(window=windows[0], active_object=None, object=None):
-            bpy.ops.ed.undo_push(message=_step)
-    _step = ""
-    return None
-
-
 def times_undone() -> int:
     """How often the file was undone, redone or opened since Blender started: pointers held from before are not valid."""
     return _undone
@@ -151,12 +103,11 @@ def after_undo(*_: object) -> None:
 
     Blender keeps the canvas through an undo and the selected layer not.
     """
-    global _undone, _step
+    global _undone
     from . import images
     from .painting import follow_layer
 
     _undone += 1
-    _step = ""
     images.forget_statistics()
     for scene in bpy.data.scenes:
         for obj in scene.objects:

@@ -77,7 +77,7 @@ class Tutorial:
         self.window.move(500, 400)
         self.window.key("KP_0")  # through the camera
         time.sleep(1)
-        self.window.click((657, 400))  # the forehead
+        self.window.click((657, 545))  # the neck
         self.window.move(500, 400)
         self.window.key("KP_1", "KP_Decimal")  # from the front, framed
         self.window.wait("Set Up Makeup", SIDEBAR)

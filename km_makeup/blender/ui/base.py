@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import textwrap
 
 import bpy
 
 from ...errors import MakeupError
-from ..update import operator_step
 
 CHARACTERS = 40
 """Letters of a line of text in a sidebar of the usual width."""
@@ -43,10 +41,8 @@ class MakeupOperator:
         return ""
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        step = operator_step() if "UNDO" in self.bl_options else contextlib.nullcontext()
         try:
-            with step:
-                message = self.act(context, context.object)
+            message = self.act(context, context.object)
         except MakeupError as error:
             self.report({"ERROR"}, str(error))
             return {"FINISHED" if self.changes_layers else "CANCELLED"}

@@ -50,14 +50,12 @@ def event(kind: str, value: str = "TAP", x: int = 0, y: int = 0, **keys: bool) -
 
 
 def settled() -> Steps:
-    """Wait until no operator runs and no step of undo waits to be pushed."""
-    from bl_ext.user_default.km_makeup.km_makeup.blender import update
-
+    """Wait until no operator runs."""
     for _ in range(400):
         yield 0.02
-        if not update._step and not any(w.modal_operators for w in bpy.context.window_manager.windows):
+        if not any(w.modal_operators for w in bpy.context.window_manager.windows):
             return
-    raise WrongStateError("an operator did not end, or its step of undo was never pushed")
+    raise WrongStateError("an operator did not end")
 
 
 def stroke(rng: random.Random) -> Steps:
@@ -99,6 +97,13 @@ def run_operator(name: str, **options: object) -> None:
         getattr(bpy.ops.km_makeup, name)("EXEC_DEFAULT", True, **options)
 
 
+def pushed(name: str) -> None:
+    """The step of undo that the button of a property pushes itself: a global one, in Texture Paint too."""
+    window, area, region = view()
+    with bpy.context.temp_override(window=window, area=area, region=region, active_object=None, object=None):
+        bpy.ops.ed.undo_push(message=name)
+
+
 def change(rng: random.Random) -> str:
     """A property, as a slider or a menu changes it."""
     makeup = head().km_makeup
@@ -116,8 +121,7 @@ def change(rng: random.Random) -> str:
     name, value = rng.choice(options)
     new = value()
     setattr(layer, name, new)
-    if head().mode == "OBJECT":  # what the button of a property does itself there
-        bpy.ops.ed.undo_push(message=name)
+    pushed(name)
     return f"{layer.name} {name} = {new}"
 
 
@@ -215,15 +219,13 @@ class Sequence:
     def do_select(self) -> Steps:
         makeup = head().km_makeup
         makeup.active = self.rng.choice([i for i in range(len(makeup.layers)) if i != makeup.active])
-        if head().mode == "OBJECT":
-            bpy.ops.ed.undo_push(message="select")
+        pushed("select")
         yield from settled()
         self.remember()
 
     def do_light(self) -> Steps:
         head().km_makeup.light = "A" if head().km_makeup.light == "D65" else "D65"
-        if head().mode == "OBJECT":
-            bpy.ops.ed.undo_push(message="light")
+        pushed("light")
         yield from settled()
         self.remember()
 

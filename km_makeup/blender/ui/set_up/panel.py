@@ -24,7 +24,8 @@ class KM_PT_makeup(MakeupPanel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return True  # the tab is always there, so that it is found
+        in_view = context.space_data is not None and context.space_data.type == "VIEW_3D"
+        return in_view or super().poll(context)  # the tab is always there, so that it is found
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, obj = self.layout, context.object
