@@ -22,6 +22,7 @@ from tests.real_window.window import Box, MissingError, Window
 CHECKOUT = Path(__file__).resolve().parents[2]
 SAMPLE = CHECKOUT / "sample_blend" / "head.blend"
 VIEW, SIDEBAR = Box(0, 70, 1020, 660), Box(1020, 70, 270, 670)
+OUTLINER = Box(1330, 60, 180, 110)
 TABS = Box(1290, 70, 30, 670)
 PLUS = (190, 0)
 """From the left end of a layer's name in the list to the button that adds a layer, in pixels."""
@@ -74,10 +75,14 @@ class Tutorial:
         self.window.wait("Makeup", SIDEBAR)
 
     def select_the_head(self) -> None:
-        self.window.move(500, 400)
-        self.window.key("KP_0")  # through the camera
-        time.sleep(1)
-        self.window.click((657, 545))  # the neck
+        for _ in range(12):  # its row in the outliner, turning the wheel
+            rows = self.window.look().places("Head", OUTLINER, 0.85)
+            if rows:
+                self.window.click(rows[0][1])
+                break
+            self.window.move(*OUTLINER.centre)
+            self.window.shell("xdotool click 5")
+            time.sleep(0.5)
         self.window.move(500, 400)
         self.window.key("KP_1", "KP_Decimal")  # from the front, framed
         self.window.wait("Set Up Makeup", SIDEBAR)

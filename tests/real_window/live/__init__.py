@@ -1,0 +1,1 @@
+"""How much Python of KM Makeup runs while a brush moves."""

@@ -1,0 +1,92 @@
+"""Runs in a window of Blender: a long stroke by simulated events, with every call into KM Makeup counted and timed.
+
+Argument after `--`: the file that the counts are written to, as JSON.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Generator
+from pathlib import Path
+from types import FrameType
+
+import bpy
+
+CHECKOUT = Path(__file__).resolve().parents[3]
+sys.path.append(str(CHECKOUT))
+import numpy as np  # noqa: E402
+
+from tests.blender import scenes  # noqa: E402
+
+MOVES = 120
+EVENTS = ("depsgraph_update_pre", "depsgraph_update_post", "frame_change_pre", "frame_change_post")
+calls: dict[str, int] = {}
+entered: list[float] = []
+spent = 0.0
+
+
+def count(frame: FrameType, event: str, argument: object) -> None:
+    """A profile function: counts calls into the extension, and adds up the time of the outermost ones."""
+    global spent
+    if "km_makeup/km_makeup/" not in frame.f_code.co_filename:
+        return
+    if event == "call":
+        name = f"{Path(frame.f_code.co_filename).stem}.{frame.f_code.co_name}"
+        calls[name] = calls.get(name, 0) + 1
+        entered.append(time.perf_counter())
+    elif event == "return" and entered:
+        start = entered.pop()
+        spent += 0 if entered else time.perf_counter() - start
+
+
+def stroke() -> Generator[float, None, None]:
+    obj = scenes.head()
+    obj.data.materials.append(scenes.skin(textured=True))
+    bpy.context.view_layer.objects.active = obj
+    window = bpy.context.window_manager.windows[0]
+    area = next(a for a in window.screen.areas if a.type == "VIEW_3D")
+    region = next(r for r in area.regions if r.type == "WINDOW")
+    area.spaces.active.show_region_ui = True
+    view = area.spaces.active.region_3d
+    view.view_perspective, view.view_distance = "ORTHO", 0.35
+    with bpy.context.temp_override(window=window, area=area, region=region):
+        bpy.ops.view3d.view_axis(type="FRONT")
+        bpy.ops.km_makeup.set_up("EXEC_DEFAULT", True, shading=False)
+    yield 1.0
+    x, y = region.x + region.width // 3, region.y + region.height // 2
+    window.event_simulate(type="MOUSEMOVE", value="NOTHING", x=x, y=y)
+    yield 0.2
+    window.event_simulate(type="LEFTMOUSE", value="PRESS", x=x, y=y)
+    yield 0.2
+    sys.setprofile(count)
+    start = time.perf_counter()
+    for i in range(MOVES):
+        window.event_simulate(type="MOUSEMOVE", value="NOTHING", x=x + i, y=y + (i % 7))
+        yield 0.01
+    lasted = time.perf_counter() - start
+    sys.setprofile(None)
+    window.event_simulate(type="LEFTMOUSE", value="RELEASE", x=x + MOVES, y=y)
+    yield 0.5
+    image = obj.km_makeup.layers[0].map
+    values = np.empty(image.size[0] * image.size[1] * image.channels, np.float32)
+    image.pixels.foreach_get(values)
+    ours = [f.__module__ for e in EVENTS for f in getattr(bpy.app.handlers, e) if "km_makeup" in f.__module__]
+    result = {
+        "moves": MOVES, "seconds": lasted, "calls": calls, "milliseconds": 1000 * spent, "handlers": ours,
+        "texels": int((values.reshape(-1, image.channels)[:, 0] > 0).sum()),
+    }  # fmt: skip
+    Path(sys.argv[-1]).write_text(json.dumps(result))
+    bpy.ops.wm.quit_blender()
+
+
+_running = stroke()
+
+
+def tick() -> float | None:
+    return next(_running, None)
+
+
+bpy.context.preferences.view.show_splash = False
+bpy.app.timers.register(tick, first_interval=1.0, persistent=True)
