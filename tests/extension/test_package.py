@@ -51,3 +51,11 @@ def test_bundled_wheels_run_on_any_python() -> None:
 def test_the_manifest_has_the_version_of_the_package() -> None:
     package = (CHECKOUT / "km_makeup/__init__.py").read_text("utf-8")
     assert re.search(r'^__version__ = "(.+)"$', package, re.MULTILINE)[1] == MANIFEST["version"]
+
+
+def test_the_asset_library_is_packed_without_its_maker(extension_zip: Path) -> None:
+    packed = {name for name in names(extension_zip) if name.startswith("node_groups/")}
+    assert {
+        f"node_groups/{n}" for n in ("makeup_groups.blend", "makeup_brushes.blend", "blender_assets.cats.txt")
+    } <= packed
+    assert [name for name in packed if name.endswith(".py")] == []

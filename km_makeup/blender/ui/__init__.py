@@ -7,9 +7,22 @@ from __future__ import annotations
 
 import bpy
 
-from . import bake, effects, highlights, landmarks, layer, layers, looks, products, properties, reference, set_up
+from . import (
+    assets,
+    bake,
+    effects,
+    highlights,
+    landmarks,
+    layer,
+    layers,
+    looks,
+    products,
+    properties,
+    reference,
+    set_up,
+)
 
-PAGES = (set_up, layers, layer, products, looks, landmarks, effects, highlights, bake, reference)
+PAGES = (set_up, layers, layer, products, looks, landmarks, effects, highlights, bake, reference, assets)
 """Modules with CLASSES, and where they need more than classes `register()` and `unregister()`."""
 
 
