@@ -69,4 +69,4 @@ def test_a_text_is_found_where_it_stands_and_another_is_not(turned):
     screen = screen_with("Set Up Makeup", (120, 150), font, turned)
     place = screen.find("Set Up Makeup", window.Box(0, 0, 400, 300), turned)
     assert place is not None and abs(place.left - 150) <= 2 and abs(place.top - 120) <= 2
-    assert screen.find("Remove Makeup", window.Box(0, 0, 400, 300), turned) is None
+    assert screen.find("Exclusion Mask", window.Box(0, 0, 400, 300), turned) is None

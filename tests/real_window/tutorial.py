@@ -64,6 +64,7 @@ class Tutorial:
     def open_the_tab(self) -> None:
         self.window.wait("Global", Box(400, 20, 400, 50), 120)
         self.window.key("Escape")  # the splash screen
+        self.ready()  # the sample opens in Material Preview, and a window that compiles shaders loses keys
         self.window.move(500, 400)
         time.sleep(1)
         self.window.key("n")
