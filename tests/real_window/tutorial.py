@@ -55,7 +55,7 @@ class Tutorial:
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             screen = self.window.still(60, VIEW)
-            if screen.find("Compiling EEVEE engine shaders", Box(0, 80, 400, 90)) is None:
+            if screen.find("Compiling", Box(0, 80, 400, 90)) is None:
                 return
         raise MissingError("Blender is still compiling shaders")
 
