@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .errors import MakeupError
-from .jobs import BakeJob, HeadJob, RenderJob
+from .jobs import BakeJob, ExportJob, HeadJob, RenderJob
 
 if TYPE_CHECKING:
     from .makeup import Look
@@ -30,6 +30,7 @@ EXAMPLES = {
     "render": "example:\n  km_makeup render head.obj --skin albedo.png --layer lipstick-classic-red=lips.png@15um --out face.png\n"
     "  km_makeup render head.blend --look look.json --view front,close-up --reference 512 --out pictures",
     "bake": "example:\n  km_makeup bake head.blend --look look.json --resolution 4096 --out textures",
+    "export": "example:\n  km_makeup export head.blend --look look.json --out exported --gltf",
     "doctor": "example:\n  km_makeup doctor",
 }
 
@@ -47,6 +48,7 @@ def parser() -> argparse.ArgumentParser:
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _render_parser(_command(commands, "render", "render a head with makeup to PNG or EXR", _render))
     _bake_parser(_command(commands, "bake", "bake the makeup of a head to textures", _bake))
+    _export_parser(_command(commands, "export", "export a head with makeup as plain textures and glTF", _export))
     _command(commands, "doctor", "check Blender, packages, products and a small computation", _doctor)
     from .accuracy.commands import add_accuracy_command
 
@@ -118,6 +120,20 @@ def _bake_parser(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--finished", action="store_true", help="also the finished albedo over the skin's texture")
     sub.add_argument("--float", action="store_true", help="32-bit textures instead of 16-bit half floats")
     sub.add_argument("--out", default="makeup_textures", help="folder for the textures (default: makeup_textures)")
+
+
+def _export_parser(sub: argparse.ArgumentParser) -> None:
+    _head_arguments(sub)
+    sub.add_argument("--gltf", action="store_true", help="also the object with these textures as a .glb")
+    sub.add_argument("--exr", action="store_true", help="linear 16-bit OpenEXR textures instead of 8-bit PNG")
+    sub.add_argument("--before", action="store_true", help="also the bare skin in the same way")
+    sub.add_argument(
+        "--resolution",
+        type=int,
+        default=0,
+        help="width and height in texels (default: the largest map's or skin texture's)",
+    )
+    sub.add_argument("--out", default="makeup_export", help="folder for the files (default: makeup_export)")
 
 
 class _Ended(BaseException):
@@ -419,6 +435,30 @@ def _bake(options: argparse.Namespace) -> int:
     else:
         for path in files.values():
             print(path)
+    return OK
+
+
+def _export(options: argparse.Namespace) -> int:
+    _more_products(options.products)
+    if options.gltf and options.exr:
+        raise MakeupError("--gltf holds 8-bit PNG textures; leave --exr away, or export twice.")
+    job = ExportJob(
+        head=_head(options),
+        folder=_path(options.out, options.head),
+        exr=options.exr,
+        gltf=options.gltf,
+        before=options.before,
+        resolution=_between(options.resolution, "--resolution", 0, 16384),
+    )
+    with _blender_aside():
+        from .blender.commands import run_export
+
+        files = run_export(job)
+    if options.json:
+        print(json.dumps({"files": [str(file) for file in files]}))
+    else:
+        for file in files:
+            print(file)
     return OK
 
 

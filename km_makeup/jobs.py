@@ -57,3 +57,15 @@ class BakeJob:
     resolution: int = 0
     finished: bool = False
     full_float: bool = False
+
+
+@dataclass(frozen=True)
+class ExportJob:
+    """A head's makeup as plain textures in a folder; ``exr`` instead of PNG, also as ``gltf``, the bare skin ``before`` too."""
+
+    head: HeadJob
+    folder: Path
+    exr: bool = False
+    gltf: bool = False
+    before: bool = False
+    resolution: int = 0

@@ -2,7 +2,7 @@
 
 from .colours import Shine
 from .engine import Baked, Request, bake, baking
-from .files import read_image, read_map, write_exr, write_exrs
+from .files import read_image, read_map, write_exr, write_exrs, write_picture
 from .levels import ArrayRows, Rows
 
 __all__ = [
@@ -17,4 +17,5 @@ __all__ = [
     "read_map",
     "write_exr",
     "write_exrs",
+    "write_picture",
 ]

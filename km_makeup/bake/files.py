@@ -166,16 +166,25 @@ def _check_end(oiio: ModuleType, file: Path, path: Path) -> None:
 
 def write_png(path: Path, pixels: NDArray) -> None:
     """An 8-bit PNG of the bytes (height, width[, channels]), bottom row first, whole or not at all."""
+    with replacing(Path(path)) as temporary:
+        write_picture(temporary, Path(path), pixels, {})
+
+
+def write_picture(file: Path, path: Path, pixels: NDArray, metadata: Mapping[str, str]) -> None:
+    """Bytes as PNG, floats as 16-bit OpenEXR, (height, width[, channels]), bottom row first, to ``file`` as it is.
+
+    ``path`` is the name in messages: the file is to take its place (`files.replacing`). ``metadata`` goes into the header.
+    """
+    if pixels.dtype != np.uint8:
+        _write_exr(file, path, np.atleast_3d(pixels), True, metadata)
+        return
     oiio = _oiio()
     rows = np.atleast_3d(pixels)[::-1]
     spec = _as_stored(oiio, rows.shape[1], rows.shape[0], rows.shape[2], "uint8")
-    with replacing(Path(path)) as temporary:
-        target = oiio.ImageOutput.create(str(temporary))
-        if (
-            target is None
-            or not target.open(str(temporary), spec)
-            or not target.write_image(np.ascontiguousarray(rows))
-        ):
-            raise MakeupError(f"Cannot write {path} ({oiio.geterror().strip()}); check the folder and the free space.")
-        target.close()
-        _check_end(oiio, temporary, Path(path))
+    for key, value in metadata.items():
+        spec.attribute(f"km_makeup/{key}", value)
+    target = oiio.ImageOutput.create(str(file))
+    if target is None or not target.open(str(file), spec) or not target.write_image(np.ascontiguousarray(rows)):
+        raise MakeupError(f"Cannot write {path} ({oiio.geterror().strip()}); check the folder and the free space.")
+    target.close()
+    _check_end(oiio, file, path)

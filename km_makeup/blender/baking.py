@@ -102,7 +102,7 @@ def _request(obj: bpy.types.Object, plan: Plan) -> Request:
     products, coats = stack_of(obj, plan)
     light, space = light_of(obj), bpy.data.colorspace.working_space
     skin = skin_under(obj)
-    maps = _maps(obj, layers)
+    maps = layer_maps(obj, layers, makeup.resolution or None)
     texture = None
     if makeup.finished:
         if skin.texture is None:
@@ -110,7 +110,7 @@ def _request(obj: bpy.types.Object, plan: Plan) -> Request:
                 f"{obj.name!r}: the finished albedo needs the skin's colour as one image on the UV map "
                 f"{makeup.uv_map!r}; bake without Finished Albedo, or bake the skin's colour to an image first."
             )
-        texture = _skin_texture(skin.texture, maps[0].shape, space)
+        texture = skin_texture(skin.texture, maps[0].shape, space)
     return Request(
         coats=coats,
         maps=maps,
@@ -126,11 +126,13 @@ def _request(obj: bpy.types.Object, plan: Plan) -> Request:
     )
 
 
-def _maps(obj: bpy.types.Object, layers: list[bpy.types.PropertyGroup]) -> list[NDArray]:
-    """The layers' maps at one size: the resolution that was asked for, else that of the largest; without what is excluded."""
+def layer_maps(
+    obj: bpy.types.Object, layers: list[bpy.types.PropertyGroup], size: int | tuple[int, ...] | None
+) -> list[NDArray]:
+    """The layers' maps at one size: the one that was asked for, else that of the largest; without what is excluded."""
     makeup = obj.km_makeup
     maps = [images.map_values(layer.map, layer.channel) for layer in layers]
-    size = makeup.resolution or max((values.shape for values in maps), key=lambda shape: shape[0] * shape[1])
+    size = size or max((values.shape for values in maps), key=lambda shape: shape[0] * shape[1])
     maps = [resized(values, size) for values in maps]
     if makeup.exclusion is None:
         return maps
@@ -139,7 +141,8 @@ def _maps(obj: bpy.types.Object, layers: list[bpy.types.PropertyGroup]) -> list[
     return [values.astype(np.float32) / np.float32(255 if values.dtype == np.uint8 else 1) * free for values in maps]
 
 
-def _skin_texture(image: bpy.types.Image, shape: tuple[int, ...], space: str) -> NDArray[np.float32]:
+def skin_texture(image: bpy.types.Image, shape: tuple[int, ...], space: str) -> NDArray[np.float32]:
+    """An image as linear RGB (height, width, 3) of the working space, at the shape asked for."""
     linear = images.linear_colours(images.pixels(image)[..., :3], image, space)
     return np.stack([resized(np.ascontiguousarray(linear[..., i]), shape) for i in range(3)], axis=-1).astype(
         np.float32

@@ -12,9 +12,9 @@ import bpy
 from ..effects import Engine
 from ..errors import MakeupError
 from ..files import ensure_folder, replacing
-from ..jobs import BakeJob, HeadJob, RenderJob, RenderResult
+from ..jobs import BakeJob, ExportJob, HeadJob, RenderJob, RenderResult
 from ..makeup import Look
-from . import baking, looks, makeup, register, rendering, studio
+from . import baking, exporting, looks, makeup, register, rendering, studio
 from .doctor import Finding, examine
 from .library import library
 from .reference import make_reference
@@ -135,6 +135,18 @@ def run_bake(job: BakeJob) -> tuple[dict[str, Path], float]:
     start = time.perf_counter()
     report = _bake_into(obj, folder, job.finished, job.resolution, job.full_float)
     return (report.files if report else {}), time.perf_counter() - start
+
+
+def run_export(job: ExportJob) -> list[Path]:
+    """Export the head's makeup as plain textures; the files."""
+    ensure_registered()
+    obj = _prepare(job.head, bare=False)
+    if not obj.km_makeup.slots:
+        raise MakeupError("There is no makeup to export; give --look or --layer, or a .blend that has some.")
+    export = exporting.Export(job.folder.resolve(), job.exr, job.gltf, job.before, job.resolution)
+    report = exporting.export_all(obj, bpy.context.scene, export)
+    log.info("%s", report)
+    return report.files
 
 
 def _prepare(job: HeadJob, bare: bool) -> bpy.types.Object:

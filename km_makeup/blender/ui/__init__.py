@@ -11,6 +11,7 @@ from . import (
     assets,
     bake,
     effects,
+    export,
     highlights,
     landmarks,
     layer,
@@ -22,7 +23,7 @@ from . import (
     set_up,
 )
 
-PAGES = (set_up, layers, layer, products, looks, landmarks, effects, highlights, bake, reference, assets)
+PAGES = (set_up, layers, layer, products, looks, landmarks, effects, highlights, bake, export, reference, assets)
 """Modules with CLASSES, and where they need more than classes `register()` and `unregister()`."""
 
 
