@@ -98,22 +98,40 @@ def test_the_catalogs_are_those_of_the_assets_and_the_same_twice(saved_by_this_b
     assert used - known == set()
 
 
-def test_a_film_of_the_library_is_what_its_product_does(clean_scene):
-    """Read from the file's ramps, not from the builder: an opaque black liner over skin is nearly black."""
+@pytest.mark.parametrize("product", ["lipstick-classic-red", "eyeshadow-green"])
+def test_a_film_of_the_library_renders_as_its_product_on_skin(clean_scene, tmp_path, product):
+    """The group from the file in a material of one's own, read from pixels, against 81 bands."""
     import bpy
 
-    from km_makeup.makeup.transfer import Transfer
+    from km_makeup.makeup.coat import coat, interface_of, on_skin
+    from km_makeup.products import Library
+    from km_makeup.spectra import to_rgb, upsample_skin
+    from km_makeup.spectra.difference import delta_e
+    from km_makeup.spectra.people import human_skins
 
+    one = Library.shipped().find(product)
     module = make_library()
     with bpy.data.libraries.load(str(FOLDER / module.GROUPS), assets_only=True) as (there, here):
-        here.node_groups = [name for name in there.node_groups if name == "KM Film Eyeliner, black"]
-    tree = here.node_groups[0]
-    held = {n.name: np.array([e.color[:3] for e in n.color_ramp.elements]) for n in tree.nodes if "VALTORGB" in n.type}
-    M = np.stack([held[name] * 2 - 0.5 for name in ("M red", "M green", "M blue")], axis=-1)
-    film = Transfer(held["a"], M, 0.0)
-    skin = np.array([0.33, 0.19, 0.12])
-    assert np.abs(film.apply(np.array(0.0), skin) - skin).max() < 1e-6
-    assert film.apply(np.array(1.0), skin).max() < 0.02
+        here.node_groups = [name for name in there.node_groups if name == f"KM Film {one.name}"]
+    skin = human_skins()[1]
+
+    def build(tree):
+        film = tree.nodes.new("ShaderNodeGroup")
+        film.node_tree = here.node_groups[0]
+        film.inputs["Value"].default_value, film.inputs["Below"].default_value = 0.5, (*skin, 1)
+        emission = tree.nodes.new("ShaderNodeEmission")
+        tree.links.new(film.outputs["Colour"], emission.inputs["Color"])
+        return emission.outputs[0]
+
+    bpy.ops.mesh.primitive_plane_add(size=4)
+    bpy.context.object.data.materials.append(scenes.mixed("Made up", build))
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    camera.location = (0, 0, 1)
+    bpy.context.scene.collection.objects.link(camera)
+    bpy.context.scene.camera = camera
+    seen = scenes.picture("cycles", tmp_path, size=4, samples=1).mean(axis=(0, 1))
+    optics = on_skin([coat(one, one.thickness_um).at(np.array(0.5))], interface_of([one]))
+    assert delta_e(to_rgb(optics.over(upsample_skin(skin))), seen) < 0.3
 
 
 def test_makeup_never_takes_an_appended_asset_for_its_own(clean_scene):
