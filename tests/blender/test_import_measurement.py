@@ -115,7 +115,11 @@ def test_a_name_that_is_taken_is_said_and_overwritten_when_asked(folder, measure
         run(measurement, product_name="berry", overwrite=True)
 
 
-def test_without_a_library_of_ones_own_it_says_so(measurement):
+def test_without_a_library_of_ones_own_it_says_so(measurement, monkeypatch):
+    from km_makeup.blender import library
+
+    monkeypatch.setattr(library, "user_folder", lambda: None)
+    library.look_again()
     with pytest.raises(RuntimeError, match="no folder to write to"):
         run(measurement)
 
