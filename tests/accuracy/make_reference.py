@@ -26,12 +26,17 @@ GRID, FINE = np.arange(380, 785, 5), np.arange(380, 781)
 LIGHTS = ("D65", "A", "LED-B3")
 INDEX = mp.mpf("1.45")
 STACKS, TEXELS, SEED = 72, 5, 20261124
-
-mp.mp.dps = 40
+DIGITS = 40
 
 
 def main() -> int:
     """Compute and write."""
+    with mp.workdps(DIGITS):
+        return make()
+
+
+def make() -> int:
+    """Compute in the precision that is set, and write."""
     products = {f.stem: json.loads(f.read_text(encoding="utf-8")) for f in sorted(PRODUCTS.glob("*.json"))}
     skins = [fine(values) for values in json.loads(SKINS.read_text(encoding="utf-8"))["skins"].values()]
     weights = {light: rgb_weights(light) for light in LIGHTS}
