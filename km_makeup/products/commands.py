@@ -51,7 +51,9 @@ _EXAMPLES = {
 
 def add_products_command(commands: Any) -> None:
     """Add `products` with its own commands to the sub-parsers of a command line."""
-    group = commands.add_parser("products", help="the library of products: list, show, mix, match, import, check")
+    group = commands.add_parser(
+        "products", help="the library of products: list, show, mix, match, shade, swatch, plot, import, check, rebuild"
+    )
     add_commands(group.add_subparsers(dest="products_command", required=True, metavar="COMMAND"))
 
 
@@ -146,7 +148,12 @@ def _library(options: argparse.Namespace) -> Library:
 
 
 def _list(options: argparse.Namespace) -> int:
-    products = [one for one in _library(options).products if options.kind in (None, one.kind)]
+    known = _library(options).products
+    products = [one for one in known if options.kind in (None, one.kind)]
+    if options.kind and not products:
+        raise MakeupError(
+            f"No product is of the kind {options.kind!r}; use {', '.join(sorted({p.kind for p in known}))}."
+        )
     if options.json:
         _print_json([_summary(one) for one in products])
     for one in [] if options.json else products:

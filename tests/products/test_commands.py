@@ -28,6 +28,12 @@ def test_list_names_every_product_and_filters_by_kind(capsys: pytest.CaptureFixt
     assert len(run(capsys, "list", "--kind", "lipstick")[1].splitlines()) == 7
 
 
+def test_a_kind_that_does_not_exist_is_bad_input(capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, err = run(capsys, "list", "--kind", "nonsense")
+    assert code == 2 and not out
+    assert "'nonsense'; use" in err and "lipstick" in err
+
+
 def test_show_tells_source_recipe_and_colours(capsys: pytest.CaptureFixture[str]) -> None:
     _, out, _ = run(capsys, "show", "lipstick-coral")
     assert all(words in out for words in ("derived from measured paint", "orange-lake", "on deep", "20 um"))
