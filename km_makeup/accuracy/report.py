@@ -16,7 +16,7 @@ import numpy as np
 
 from .. import __version__
 from ..files import ensure_folder, write_text
-from .ladder import Measured, Result
+from .ladder import Result
 
 COLUMNS = (
     "ladder", "rung", "error_mean", "error_p99", "error_max", "unit", "prepare_s", "first_s", "later_s", "spread_s", "ratio",
@@ -117,4 +117,4 @@ def write_report(results: Sequence[Result], folder: Path, page: str) -> list[Pat
     return list(files)
 
 
-__all__ = ["COLUMNS", "Measured", "as_csv", "as_json", "fastest", "machine", "rows", "table", "write_report"]
+__all__ = ["COLUMNS", "as_csv", "as_json", "fastest", "machine", "rows", "table", "write_report"]
