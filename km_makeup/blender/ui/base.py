@@ -56,36 +56,50 @@ class MakeupOperator:
 
 
 class MakeupPanel:
-    """A panel of the tab; `in_two_places` makes the classes that Blender registers."""
+    """A panel of the tab; `in_two_places` makes the classes that Blender registers. Folded, in the panel Makeup, unless it says otherwise."""
 
-    bl_options: set[str] = set()
-    parent: type | None = None
+    bl_options: set[str] = {"DEFAULT_CLOSED"}
+    parent = "KM_PT_makeup"
+    """Name of the panel that it lies in; empty for the one on top."""
+    needs_setup = False
+    needs_layer = False
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return context.object is not None and context.object.type == "MESH"
+        obj = context.object
+        if obj is None or obj.type != "MESH":
+            return False
+        return bool(obj.km_makeup.layers if cls.needs_layer else obj.km_makeup.slots or not cls.needs_setup)
 
 
-def in_two_places(panel: type) -> tuple[type, type]:
-    """The panel for the sidebar of the 3D view (tab Makeup), and its twin in Properties > Object.
+def in_two_places(*panels: type[MakeupPanel]) -> tuple[type, ...]:
+    """Each panel for the sidebar of the 3D view (tab Makeup), and its twin in Properties > Object.
 
-    ``panel`` is a MakeupPanel with bl_label, draw() and ``parent``, the page's own class it lies in (None: on top).
+    ``panels`` are MakeupPanels with bl_label and draw(); outer ones stand before those in them.
     """
     made = []
     places = (
         ("", {"bl_space_type": "VIEW_3D", "bl_region_type": "UI", "bl_category": "Makeup"}),
         ("_properties", {"bl_space_type": "PROPERTIES", "bl_region_type": "WINDOW", "bl_context": "object"}),
     )
-    for suffix, place in places:
-        name = panel.__name__ + suffix
-        options = set(panel.bl_options)
-        fields = {"bl_idname": name, "__doc__": panel.__doc__, "__module__": panel.__module__, **place}
-        if panel.parent is not None:
-            fields["bl_parent_id"] = panel.parent.__name__ + suffix
-        elif suffix:
-            options.add("DEFAULT_CLOSED")
-        made.append(type(name, (panel, bpy.types.Panel), fields | {"bl_options": options}))
-    return made[0], made[1]
+    for panel in panels:
+        for suffix, place in places:
+            name = panel.__name__ + suffix
+            options = set(panel.bl_options)
+            fields = {"bl_idname": name, "__doc__": panel.__doc__, "__module__": panel.__module__, **place}
+            if panel.parent:
+                fields["bl_parent_id"] = panel.parent + suffix
+            elif suffix:
+                options.add("DEFAULT_CLOSED")
+            made.append(type(name, (panel, bpy.types.Panel), fields | {"bl_options": options}))
+    return tuple(made)
+
+
+def settings(layout: bpy.types.UILayout, heading: str = "", align: bool = False) -> bpy.types.UILayout:
+    """A column of properties with their names on the left, as in Blender's own panels; nothing in it is keyed."""
+    column = layout.column(heading=heading, align=align)
+    column.use_property_split, column.use_property_decorate = True, False
+    return column
 
 
 def paragraph(layout: bpy.types.UILayout, text: str, icon: str = "NONE", width: int = CHARACTERS) -> None:

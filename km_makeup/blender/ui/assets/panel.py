@@ -5,7 +5,6 @@ from __future__ import annotations
 import bpy
 
 from ..base import MakeupPanel, in_two_places, paragraph
-from ..set_up.panel import KM_PT_makeup
 from .operators import KM_OT_assets_add, KM_OT_assets_remove
 
 
@@ -13,8 +12,6 @@ class KM_PT_assets(MakeupPanel):
     """Node groups and brushes for the asset browser"""
 
     bl_label = "Assets"
-    bl_options = {"DEFAULT_CLOSED"}
-    parent = KM_PT_makeup
 
     def draw(self, context: bpy.types.Context) -> None:
         from ... import assets

@@ -5,7 +5,6 @@ from __future__ import annotations
 import bpy
 
 from ..base import MakeupPanel, in_two_places
-from ..set_up.panel import KM_PT_makeup
 from .operators import KM_OT_export_look
 
 
@@ -13,12 +12,7 @@ class KM_PT_export(MakeupPanel):
     """The look as plain textures and glTF"""
 
     bl_label = "Export"
-    bl_options = {"DEFAULT_CLOSED"}
-    parent = KM_PT_makeup
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return super().poll(context) and bool(context.object.km_makeup.slots)
+    needs_setup = True
 
     def draw(self, context: bpy.types.Context) -> None:
         self.layout.operator(KM_OT_export_look.bl_idname, text="Export Look…", icon="EXPORT")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import bpy
 
 from ..base import MakeupPanel, in_two_places
-from ..set_up.panel import KM_PT_makeup
 from .operators import KM_OT_landmarks_clear, KM_OT_landmarks_place, KM_OT_landmarks_propose, KM_OT_region
 
 
@@ -13,8 +12,6 @@ class KM_PT_landmarks(MakeupPanel):
     """Where eyes, nose and lips are, and regions to start painting from"""
 
     bl_label = "Regions & Landmarks"
-    bl_options = {"DEFAULT_CLOSED"}
-    parent = KM_PT_makeup
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout

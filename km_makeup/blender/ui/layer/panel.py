@@ -4,41 +4,36 @@ from __future__ import annotations
 
 import bpy
 
-from ..base import MakeupPanel, active_layer, in_two_places, paragraph
+from ..base import MakeupPanel, active_layer, in_two_places, paragraph, settings
 from ..layers.operators import KM_OT_exclusion_add
 from ..products import picker
-from ..set_up.panel import KM_PT_makeup
 from .operators import STROKES, KM_OT_fill, KM_OT_load_map, KM_OT_paint
 
 
-class _LayerPanel(MakeupPanel):
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return super().poll(context) and bool(context.object.km_makeup.layers)
-
-
-class KM_PT_layer(_LayerPanel):
+class KM_PT_layer(MakeupPanel):
     """Product and thickness of the active layer"""
 
     bl_label = "Layer"
-    parent = KM_PT_makeup
+    bl_options: set[str] = set()
+    needs_layer = True
 
     def draw(self, context: bpy.types.Context) -> None:
         layer, layout = active_layer(context.object), self.layout
         layout.label(text="Product: click the swatch to choose")
         picker.draw(layout, layer, scale=3.0)
-        layout.use_property_split, layout.use_property_decorate = True, False
-        column = layout.column(align=True)
+        column = settings(layout, align=True)
         column.prop(layer, "thickness_um", text="Thickness µm")
         column.prop(layer, "strength")
-        layout.prop(layer, "form")
+        settings(layout).prop(layer, "form")
 
 
-class KM_PT_paint(_LayerPanel):
+class KM_PT_paint(MakeupPanel):
     """The brush and the map of the active layer"""
 
     bl_label = "Paint"
-    parent = KM_PT_layer
+    bl_options: set[str] = set()
+    parent = "KM_PT_layer"
+    needs_layer = True
 
     def draw(self, context: bpy.types.Context) -> None:
         from ... import painting
@@ -57,9 +52,7 @@ class KM_PT_paint(_LayerPanel):
         row.operator(KM_OT_fill.bl_idname, text="Clear", icon="TRASH").value = 0
         row = layout.row(align=True)
         row.template_ID(layer, "map", new=KM_OT_fill.bl_idname, open=KM_OT_load_map.bl_idname)
-        column = layout.column()
-        column.use_property_split, column.use_property_decorate = True, False
-        column.prop(layer, "channel")
+        settings(layout).prop(layer, "channel")
 
 
 def _brush(layout: bpy.types.UILayout, context: bpy.types.Context, makeup: bpy.types.PropertyGroup, ours: bool) -> None:
@@ -71,46 +64,39 @@ def _brush(layout: bpy.types.UILayout, context: bpy.types.Context, makeup: bpy.t
         return
     if makeup.paints_exclusion:
         paragraph(layout, "The brush paints on the exclusion mask.", "INFO")
-    column = layout.column(align=True)
-    column.use_property_split, column.use_property_decorate = True, False
+    column = settings(layout, align=True)
     column.prop(makeup, "brush_value", text="Value")
     column.prop(paint.unified_paint_settings, "size", text="Size")
     brush = paint.brush
     if brush is not None:
         owner = paint.unified_paint_settings if paint.unified_paint_settings.use_unified_strength else brush
         column.prop(owner, "strength", text="Flow")
-        column = layout.column(heading="Pressure")
-        column.use_property_split, column.use_property_decorate = True, False
-        column.prop(brush, "use_pressure_strength", text="Thickness")
-    column = layout.column(heading="Mirror")
-    column.use_property_split, column.use_property_decorate = True, False
-    column.prop(context.object.data, "use_mirror_x", text="X")
+        settings(layout, heading="Pressure").prop(brush, "use_pressure_strength", text="Thickness")
+    settings(layout, heading="Mirror").prop(context.object.data, "use_mirror_x", text="X")
 
 
-class KM_PT_finish(_LayerPanel):
+class KM_PT_finish(MakeupPanel):
     """The highlight of the active layer, and whether its film exists"""
 
     bl_label = "Finish"
-    bl_options = {"DEFAULT_CLOSED"}
-    parent = KM_PT_layer
+    parent = "KM_PT_layer"
+    needs_layer = True
 
     def draw(self, context: bpy.types.Context) -> None:
         layer, layout = active_layer(context.object), self.layout
-        layout.use_property_split, layout.use_property_decorate = True, False
-        layout.prop(layer, "own_finish")
-        column = layout.column(align=True)
+        settings(layout).prop(layer, "own_finish")
+        column = settings(layout, align=True)
         column.active = layer.own_finish
         column.prop(layer, "roughness")
         column.prop(layer, "f0")
-        layout.prop(layer, "switch", text="Film")
+        settings(layout).prop(layer, "switch", text="Film")
 
 
-class KM_PT_exclusion(_LayerPanel):
+class KM_PT_exclusion(MakeupPanel):
     """A mask that keeps all makeup away from brows, lashes and nostrils"""
 
     bl_label = "Exclusion Mask"
-    bl_options = {"DEFAULT_CLOSED"}
-    parent = KM_PT_makeup
+    needs_layer = True
 
     def draw(self, context: bpy.types.Context) -> None:
         makeup, layout = context.object.km_makeup, self.layout
@@ -121,9 +107,4 @@ class KM_PT_exclusion(_LayerPanel):
             layout.prop(makeup, "paints_exclusion", text="Brush Paints on Mask", icon="BRUSH_DATA", toggle=True)
 
 
-CLASSES = (
-    *in_two_places(KM_PT_layer),
-    *in_two_places(KM_PT_paint),
-    *in_two_places(KM_PT_finish),
-    *in_two_places(KM_PT_exclusion),
-)
+CLASSES = in_two_places(KM_PT_layer, KM_PT_paint, KM_PT_finish, KM_PT_exclusion)

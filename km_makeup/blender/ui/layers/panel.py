@@ -5,7 +5,6 @@ from __future__ import annotations
 import bpy
 
 from ..base import MakeupPanel, in_two_places
-from ..set_up.panel import KM_PT_makeup
 from .operators import (
     KM_OT_layer_add,
     KM_OT_layer_duplicate,
@@ -46,11 +45,8 @@ class KM_PT_layers(MakeupPanel):
     """The layers of makeup"""
 
     bl_label = "Layers"
-    parent = KM_PT_makeup
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return super().poll(context) and bool(context.object.km_makeup.slots)
+    bl_options: set[str] = set()
+    needs_setup = True
 
     def draw(self, context: bpy.types.Context) -> None:
         makeup = context.object.km_makeup

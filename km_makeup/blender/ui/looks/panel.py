@@ -5,7 +5,6 @@ from __future__ import annotations
 import bpy
 
 from ..base import MakeupPanel, in_two_places
-from ..set_up.panel import KM_PT_makeup
 from .operators import KM_OT_load_look, KM_OT_save_look
 
 
@@ -13,8 +12,6 @@ class KM_PT_looks(MakeupPanel):
     """Looks as files"""
 
     bl_label = "Looks"
-    bl_options = {"DEFAULT_CLOSED"}
-    parent = KM_PT_makeup
 
     def draw(self, context: bpy.types.Context) -> None:
         row = self.layout.row(align=True)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import bpy
 
 from ..base import MakeupPanel, in_two_places, paragraph
-from ..set_up.panel import KM_PT_makeup
 from .operators import KM_OT_import_measurement
 
 MOST_PROBLEMS = 3
@@ -15,8 +14,6 @@ class KM_PT_products(MakeupPanel):
     """The library of products"""
 
     bl_label = "Products"
-    bl_options = {"DEFAULT_CLOSED"}
-    parent = KM_PT_makeup
 
     def draw(self, context: bpy.types.Context) -> None:
         from ...library import library, user_folder

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..base import MakeupPanel, in_two_places, paragraph
+from ..base import MakeupPanel, in_two_places, paragraph, settings
 from .operators import (
     KM_OT_keep_maps,
     KM_OT_refresh,
@@ -21,6 +21,8 @@ class KM_PT_makeup(MakeupPanel):
     """Set up, before and after, and what is wrong"""
 
     bl_label = "Makeup"
+    bl_options: set[str] = set()
+    parent = ""
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -80,12 +82,7 @@ class KM_PT_skin(MakeupPanel):
     """Which material slots and which UV map makeup lies on"""
 
     bl_label = "Skin"
-    bl_options = {"DEFAULT_CLOSED"}
-    parent = KM_PT_makeup
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return super().poll(context) and bool(context.object.km_makeup.slots)
+    needs_setup = True
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, obj = self.layout, context.object
@@ -101,12 +98,10 @@ class KM_PT_skin(MakeupPanel):
                 icon="CHECKBOX_HLT" if chosen else "CHECKBOX_DEHLT",
                 emboss=False,
             ).index = index
-        column = layout.column()
-        column.use_property_split, column.use_property_decorate = True, False
-        column.prop_search(obj.km_makeup, "uv_map", obj.data, "uv_layers", icon="GROUP_UVS")
+        settings(layout).prop_search(obj.km_makeup, "uv_map", obj.data, "uv_layers", icon="GROUP_UVS")
         row = layout.row(align=True)
         row.operator(KM_OT_refresh.bl_idname, icon="FILE_REFRESH")
         row.operator(KM_OT_remove.bl_idname, text="Remove", icon="TRASH")
 
 
-CLASSES = (*in_two_places(KM_PT_makeup), *in_two_places(KM_PT_skin))
+CLASSES = in_two_places(KM_PT_makeup, KM_PT_skin)
