@@ -20,6 +20,8 @@ from ..makeup.coat import on_skin
 from ..optics import Interface, film
 from ..products import Library, Product
 from ..spectra import WAVELENGTHS, Bands, bands, delta_e, reference_skins, upsample_skin
+from ..spectra.few_bands import nonnegative_least_squares, training_spectra
+from ..spectra.spaces import rgb_to_xyz
 from .ladder import Ladder, Rung
 from .pictures import Spread
 
@@ -100,11 +102,18 @@ def colour_ladder(stacks: Sequence[Stack] | None = None, timed: Stack | None = N
             Rung(name, about, _preparer(method, work), _judge(method, cases), setting)
             for name, about, method, setting in METHODS
         ],
+        falling=FALLING,
+        notes=NOTES,
     )
 
 
 def _preparer(method: Method, work: Stack) -> Callable[[], Callable[[], Array]]:
+    """What is paid once (for baked textures the bake), then what is paid again for every frame or change."""
+
     def prepare() -> Callable[[], Array]:
+        if method is baked:
+            colours, textures = work.skins @ _weights(work), bake_colours(work, work.values)
+            return lambda: shaded(*textures, colours)
         compute = method(work)
         return lambda: compute(work.values, work.skins)
 
@@ -192,18 +201,22 @@ def no_interface(stack: Stack) -> Compute:
 
 def baked(stack: Stack) -> Compute:
     """The stack in every wavelength, then R, T2 and R_up in RGB, T2 exact for the mean skin: baked textures."""
+    return lambda values, skins: shaded(*bake_colours(stack, values), skins @ _weights(stack))
+
+
+def bake_colours(stack: Stack, values: Array) -> tuple[Array, Array, Array]:
+    """R, T2 and R_up (texels, 3) of painted values, as a bake keeps them."""
     W, coats = _weights(stack), stack.coats()
     mean = stack.skins.mean(axis=0)
     c0 = mean @ W
+    optics = on_skin([c.at(v) for c, v in zip(coats, values.T)], stack.interface)
+    R, R_up = optics.R @ W, optics.R_up @ W
+    return R, (optics.over(mean) @ W - R) * (1 - R_up * c0) / c0, R_up
 
-    def compute(values: Array, skins: Array) -> Array:
-        optics = on_skin([c.at(v) for c, v in zip(coats, values.T)], stack.interface)
-        R, R_up = optics.R @ W, optics.R_up @ W
-        T2 = (optics.over(mean) @ W - R) * (1 - R_up * c0) / c0
-        c = skins @ W
-        return R + T2 * c / (1 - R_up * c)
 
-    return compute
+def shaded(R: Array, T2: Array, R_up: Array, c: Array) -> Array:
+    """What a shader makes of baked textures over the skin's colours (texels, 3)."""
+    return R + T2 * c / (1 - R_up * c)
 
 
 def live(stops: int) -> Method:
@@ -258,6 +271,25 @@ def even_steps(count: int) -> Callable[[str], Bands]:
     return at
 
 
+def refitted(wavelengths: Sequence[float]) -> Callable[[str], Bands]:
+    """Bands at wavelengths of one's own, with weights fitted as the product's own sets are, for numbers it does not ship."""
+
+    def at(light: str) -> Bands:
+        whole = bands(light)
+        to_xyz = whole.weights @ rgb_to_xyz(whole.space).T
+        index = np.searchsorted(WAVELENGTHS, wavelengths)
+        spectra = training_spectra()
+        weights = np.empty((len(index), 3))
+        for column in range(3):
+            wanted = spectra @ to_xyz[:, column]
+            scale = 1 / np.maximum(wanted, 0.02)
+            weights[:, column] = nonnegative_least_squares(spectra[:, index] * scale[:, None], wanted * scale)
+        rgb = weights @ np.linalg.inv(rgb_to_xyz(whole.space)).T
+        return Bands(WAVELENGTHS[index], rgb / rgb.sum(axis=0), whole.light, whole.space)
+
+    return at
+
+
 def fitted_bands(count: int) -> Callable[[str], Bands]:
     """The product's own sets of a few wavelengths with fitted weights, or all 81."""
     return lambda light: bands(light, count=count)
@@ -273,17 +305,52 @@ METHODS: Sequence[tuple[str, str, Method, str]] = (
     ("6 even bands", "every 60 nm", some_bands(even_steps(6)), ""),
     ("12 even bands", "every 27 nm", some_bands(even_steps(12)), ""),
     ("41 even bands", "every 10 nm", some_bands(even_steps(41)), ""),
+    ("3 fitted bands", "450, 540, 610 nm; weights fitted to films over skins", some_bands(refitted((450, 540, 610))), ""),
+    ("4 fitted bands", "440, 520, 570, 620 nm", some_bands(refitted((440, 520, 570, 620))), ""),
+    ("6 fitted bands", "440, 490, 535, 575, 605, 645 nm", some_bands(refitted((440, 490, 535, 575, 605, 645))), ""),
     ("8 fitted bands", "weights fitted to films over skins", some_bands(fitted_bands(8)), "bands 8"),
     ("12 fitted bands", "weights fitted to films over skins", some_bands(fitted_bands(12)), "bands 12"),
     ("16 fitted bands", "weights fitted to films over skins", some_bands(fitted_bands(16)), "bands 16"),
+    ("16 fitted bands, float32", "weights fitted to films over skins, single precision", some_bands(fitted_bands(16), np.float32), ""),
+    ("live, 4 steps", "a table of 4 thicknesses per film", live(4), ""),
     ("live, 8 steps", "a table of 8 thicknesses per film", live(8), ""),
     ("live, 16 steps", "a table of 16 thicknesses per film", live(16), ""),
     ("live", "a table of 32 thicknesses per film, as the nodes have", live(32), "path LIVE"),
-    ("baked", "81 bands once per texel when baking, then three RGB textures", baked, "path BAKED"),
+    ("live, 64 steps", "a table of 64 thicknesses per film", live(64), ""),
+    ("baked", "R, T² and R_up of 81 bands in three RGB textures; prepare is the bake, time the shading of a frame", baked, "path BAKED"),
     ("81 bands, skin from RGB", "the finished albedo: skin upsampled from its colour", some_bands(fitted_bands(81), upsampled=True), "finished"),
     ("81 bands, float32", "every 5 nm in single precision", some_bands(fitted_bands(81), np.float32), ""),
     ("81 bands", "every 5 nm in double precision", some_bands(fitted_bands(81)), ""),
 )  # fmt: skip
 """Name, what it is, how, and the setting that chooses it; from coarse to fine."""
 
-__all__ = ["METHODS", "Stack", "colour_ladder", "reference_cases", "spread", "timed_stack"]
+FALLING = (
+    ("alpha blend", "RGB Kubelka-Munk", "live", "81 bands"),
+    ("3 even bands", "6 even bands", "12 even bands", "41 even bands"),
+    (
+        "3 fitted bands",
+        "4 fitted bands",
+        "6 fitted bands",
+        "8 fitted bands",
+        "12 fitted bands",
+        "16 fitted bands",
+        "81 bands",
+    ),
+    ("3 even bands", "3 fitted bands"),
+    ("12 even bands", "12 fitted bands"),
+    ("live, 4 steps", "live, 8 steps", "live, 16 steps", "live, 64 steps"),
+    ("paper, single pass", "RGB(T²) per film", "baked", "81 bands"),
+    ("no air interface", "81 bands"),
+    ("81 bands, skin from RGB", "81 bands"),
+)
+"""Rungs that theory says are each nearer than the one before."""
+
+NOTES = (
+    "Without the air interface the error is large: light that would be thrown back at the surface leaves, so everything is too bright; that "
+    "has nothing to do with the number of bands.",
+    "41 even bands can be further off than 16 fitted ones: fitted weights know what films over skin look like, even ones take the "
+    "spectrum as straight from band to band.",
+    "A table of 64 thicknesses is not much nearer than one of 32: what is left is the fit of three colours by nine numbers.",
+)
+
+__all__ = ["FALLING", "METHODS", "Stack", "colour_ladder", "reference_cases", "spread", "timed_stack"]

@@ -9,8 +9,9 @@ from __future__ import annotations
 import statistics
 import time
 import tracemalloc
-from collections.abc import Callable, Generator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Generator, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Any
 
 from .pictures import Spread
@@ -20,23 +21,54 @@ RUNS = 7
 
 
 @dataclass(frozen=True)
+class Shot:
+    """A picture for the page: what it shows, and its bytes as PNG."""
+
+    caption: str
+    png: bytes
+
+
+@dataclass(frozen=True)
+class Finding:
+    """The error of a picture: CIEDE2000, FLIP where it can be had, and pictures to look at."""
+
+    error: Spread
+    flip: Spread | None = None
+    shots: tuple[Shot, ...] = ()
+
+
+def _nothing() -> None:
+    """What a rung without a state of its own needs before it runs."""
+
+
+@dataclass(frozen=True)
 class Rung:
     """One way to compute a ladder's result.
 
     ``prepare()`` gives a function that computes once more at each call; ``error()`` compares with the reference, in the
-    ladder's unit. ``setting`` names the setting of the product that chooses this rung, where there is one.
+    ladder's unit. ``setting`` names the setting of the product that chooses this rung, where there is one. ``ready()``
+    brings about what the run needs and nobody pays for (the other rungs' traces). ``memory(run)`` gives the peak in MB.
     """
 
     name: str
     about: str
     prepare: Callable[[], Callable[[], Any]]
-    error: Callable[[], Spread]
+    error: Callable[[], Spread | Finding]
     setting: str = ""
+    ready: Callable[[], None] = _nothing
+    memory: Callable[[Callable[[], Any]], float] | None = None
 
 
 @dataclass(frozen=True)
 class Ladder:
-    """Rungs from coarse to fine; ``unit`` of the error; what a run computes, in words; what the reference is."""
+    """Rungs from coarse to fine; ``unit`` of the error; what a run computes, in words; what the reference is.
+
+    ``visible``: the error below which nobody sees it (or, for numbers, that does not matter). ``before()`` makes the
+    reference where that takes time, and yields what it does; ``noise()`` is the reference's own. ``falling``: names of rungs
+    whose mean error falls from each to the next, if theory is right; ``notes``: why rungs do not fall where one expects it.
+    ``clock``: processor time, which other work on the machine changes little, or where one waits for more than the processor,
+    time itself. A run shorter than ``least_s`` is made again until it is as long, and its mean taken.
+    """
 
     name: str
     title: str
@@ -44,6 +76,14 @@ class Ladder:
     run_of: str
     reference: str
     rungs: Sequence[Rung]
+    visible: float = 0.5
+    before: Callable[[], Iterator[str]] | None = None
+    before_steps: int = 0
+    noise: Callable[[], Spread] | None = None
+    falling: tuple[tuple[str, ...], ...] = ()
+    notes: tuple[str, ...] = ()
+    clock: Callable[[], float] = time.process_time
+    least_s: float = 0.03
 
 
 @dataclass(frozen=True)
@@ -68,6 +108,8 @@ class Measured:
     times: Times
     on_front: bool = False
     """Whether no other rung is both as good and as fast."""
+    flip: Spread | None = None
+    shots: tuple[Shot, ...] = ()
 
 
 @dataclass
@@ -76,61 +118,104 @@ class Result:
 
     ladder: Ladder
     rungs: list[Measured] = field(default_factory=list)
+    noise: Spread | None = None
+    whole: bool = False
+    """Whether all runs were made."""
 
 
-def measure(ladder: Ladder, runs: int = RUNS) -> Generator[tuple[int, int, str], None, Result]:
+@dataclass
+class _Work:
+    """A rung that is being measured."""
+
+    rung: Rung
+    run: Callable[[], Any]
+    found: Finding
+    memory: float
+    cost: list[float]
+    clock: Callable[[], float]
+    loops: int = 1
+
+    def timed(self) -> None:
+        """One more run."""
+        start = self.clock()
+        for _ in range(self.loops):
+            self.run()
+        self.cost.append((self.clock() - start) / self.loops)
+
+
+def measure(
+    ladder: Ladder, runs: int = RUNS, into: Result | None = None
+) -> Generator[tuple[int, int, str], None, Result]:
     """Measure a ladder; yields (done, total, what is next) before each step and returns the result.
 
-    Closing the generator, or an interrupt, loses nothing that the caller was shown: errors come first, rung by rung,
-    then rounds of timed runs.
+    ``into`` is filled as it goes: first each rung with its error and its first run, then rounds of timed runs. Closing the
+    generator, or an interrupt, leaves there what was measured.
     """
-    total = len(ladder.rungs) * (runs + 3)
-    done = 0
-    prepared: list[Callable[[], Any]] = []
-    errors: list[Spread] = []
-    costs: list[list[float]] = []
-    memory: list[float] = []
+    result = Result(ladder) if into is None else into
+    total = ladder.before_steps + len(ladder.rungs) * (runs + 2)
+    for step, what in enumerate(ladder.before() if ladder.before else ()):
+        yield step, total, f"{ladder.title}: {what}"
+    done = ladder.before_steps
+    result.noise = ladder.noise() if ladder.noise else None
+    works: list[_Work] = []
     for rung in ladder.rungs:
         yield done, total, f"{ladder.title}: {rung.name}"
-        start = time.perf_counter()
+        rung.ready()
+        start = ladder.clock()
         run = rung.prepare()
-        ready = time.perf_counter()
+        ready = ladder.clock()
         run()
-        prepared.append(run)
-        costs.append([ready - start, time.perf_counter() - ready])
+        cost = [ready - start, ladder.clock() - ready]
         done += 1
         yield done, total, f"{ladder.title}: error of {rung.name}"
-        errors.append(rung.error())
-        done += 1
-        memory.append(_peak(run))
+        found = rung.error()
+        peak = (rung.memory or _peak)(run)
+        loops = max(1, round(ladder.least_s / max(cost[1], 1e-6)))
+        works.append(
+            _Work(rung, run, found if isinstance(found, Finding) else Finding(found), peak, cost, ladder.clock, loops)
+        )
+        result.rungs = marked([_measured(one) for one in works])
         done += 1
     for turn in range(runs):
-        for rung, run, cost in zip(ladder.rungs, prepared, costs):
-            yield done, total, f"{ladder.title}: run {turn + 1} of {rung.name}"
-            start = time.perf_counter()
-            run()
-            cost.append(time.perf_counter() - start)
+        for work in works:
+            yield done, total, f"{ladder.title}: run {turn + 1} of {work.rung.name}"
+            work.rung.ready()
+            work.timed()
             done += 1
-    rungs = [
-        Measured(rung.name, rung.about, rung.setting, error, _times(cost, peak))
-        for rung, error, cost, peak in zip(ladder.rungs, errors, costs, memory)
-    ]
-    return Result(ladder, marked(rungs))
+            result.rungs = marked([_measured(one) for one in works])
+    result.whole = True
+    return result
+
+
+def _measured(work: _Work) -> Measured:
+    found, rung = work.found, work.rung
+    return Measured(
+        rung.name, rung.about, rung.setting, found.error, _times(work.cost, work.memory), False, found.flip, found.shots
+    )
 
 
 def marked(rungs: Sequence[Measured]) -> list[Measured]:
     """The rungs, those on the Pareto front of mean error and time marked."""
     return [
-        Measured(
-            r.name, r.about, r.setting, r.error, r.times,
-            not any(
-                (o.error.mean <= r.error.mean and o.times.later < r.times.later)
-                or (o.error.mean < r.error.mean and o.times.later <= r.times.later)
-                for o in rungs
-            ),
-        )
+        replace(r, on_front=not any(
+            (o.error.mean <= r.error.mean and o.times.later < r.times.later)
+            or (o.error.mean < r.error.mean and o.times.later <= r.times.later)
+            for o in rungs
+        ))
         for r in rungs
     ]  # fmt: skip
+
+
+def not_falling(result: Result) -> list[str]:
+    """Sentences on rungs that theory calls nearer than one before them and that are not, beyond the reference's noise."""
+    at = {r.name: r.error.mean for r in result.rungs}
+    slack = result.noise.mean if result.noise else 0.0
+    return [
+        f"{finer} has a mean error of {at[finer]:.3g}, {coarser} {at[coarser]:.3g}"
+        for chain in result.ladder.falling
+        for coarser, finer in pairwise(chain)
+        if coarser in at and finer in at and at[finer] > at[coarser] * (1 + 1e-6) + slack
+    ]
 
 
 def _times(cost: Sequence[float], peak: float) -> Times:

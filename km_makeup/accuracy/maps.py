@@ -6,8 +6,11 @@ and compared with the same bake of a float map at full size in 32-bit textures w
 
 from __future__ import annotations
 
+import tempfile
+import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,6 +67,9 @@ def map_ladder(work: Painted | None = None) -> Ladder:
             Rung(name, about, _preparer(shown, given), _judge(shown, given, truth), setting)
             for name, about, shown, setting in WAYS
         ],
+        falling=FALLING,
+        notes=NOTES,
+        clock=time.perf_counter,
     )
 
 
@@ -117,6 +123,26 @@ def smaller_map(step: int) -> Shown:
     return lambda work: over(bake(request(minified(work.maps, step))), work.skin)
 
 
+def written_and_read(half: bool) -> Shown:
+    """Bake, write three OpenEXR files, read them again, and shade: what a user pays before the first frame."""
+
+    def shown(work: Painted) -> Array:
+        from ..bake.files import read_image, write_exrs
+
+        made = bake(request(as_bytes(work.maps), half=half))
+        with tempfile.TemporaryDirectory(prefix="km-accuracy-") as folder:
+            files = {Path(folder) / f"{name}.exr": getattr(made, name) for name in ("R", "T2", "R_up")}
+            write_exrs(files, half=half)
+            R, T2, R_up = (read_image(file)[0][::-1, :, :3].astype(np.float64) for file in files)
+        return R + T2 * work.skin / (1 - R_up * work.skin)
+
+    return shown
+
+
+def _sixteen(work: Painted) -> Array:
+    return over(bake(request(rounded(work.maps, 65536))), work.skin)
+
+
 def _bytes(work: Painted) -> Array:
     return over(bake(request(as_bytes(work.maps))), work.skin)
 
@@ -146,11 +172,28 @@ WAYS: Sequence[tuple[str, str, Shown, str]] = (
     ("map at 1/4 size", "16 texels become one: as mip-mapped thickness, minified by 4", smaller_map(4), ""),
     ("map at 1/2 size", "4 texels become one", smaller_map(2), ""),
     ("17 levels", "a map of four bits", _coarse, ""),
+    ("byte maps, half files", "baked, written as OpenEXR, read again", written_and_read(half=True), ""),
+    ("byte maps, float files", "baked, written as OpenEXR, read again", written_and_read(half=False), ""),
     ("byte maps, half textures", "what Texture Paint makes and a bake writes", _bytes_half, "half"),
     ("byte maps, float textures", "32-bit textures", _bytes, "full_float"),
+    ("16-bit maps, float textures", "65,536 steps of thickness", _sixteen, ""),
     ("float maps, half textures", "maps painted in 32 bits", _float_half, ""),
     ("float maps, float textures", "few bands within CIEDE2000 0.05", _float, ""),
     ("float maps, no short cut", "81 bands in float64 for every texel", _exact, ""),
 )  # fmt: skip
 
-__all__ = ["WAYS", "Painted", "map_ladder", "over", "painted", "request"]
+FALLING = (
+    ("map at 1/8 size", "map at 1/4 size", "map at 1/2 size", "float maps, float textures", "float maps, no short cut"),
+    ("17 levels", "byte maps, float textures", "16-bit maps, float textures"),
+    ("byte maps, half textures", "byte maps, float textures", "float maps, float textures"),
+    ("float maps, half textures", "float maps, float textures"),
+)
+"""Rungs that theory says are each nearer than the one before."""
+
+NOTES = (
+    "The largest errors of smaller maps lie at hard edges of strokes, where a texel that was covered becomes half covered; that is why "
+    "their 99th percentile jumps and their mean hardly moves.",
+    "Byte maps bake faster than float ones: few distinct combinations of thickness are computed once.",
+)
+
+__all__ = ["FALLING", "WAYS", "Painted", "map_ladder", "over", "painted", "request"]

@@ -5,6 +5,7 @@ One file without anything from the network: plots are SVG inside it, and hoverin
 
 from __future__ import annotations
 
+import base64
 import html
 import re
 import xml.etree.ElementTree as ET
@@ -14,8 +15,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..products.plots import plotting_library
-from .ladder import Measured, Result
-from .report import fastest
+from .answers import answer, in_short
+from .ladder import Measured, Result, not_falling
+from .report import fastest, time_of
 
 SIZE = (860, 460)
 FRONT, OTHER, CURRENT = "#b5345a", "#8a93a6", "#1f6f5c"
@@ -36,7 +38,8 @@ th, td { text-align: right; padding: .22rem .55rem; border-bottom: 1px solid var
 th:first-child, td:first-child, td:last-child, th:last-child { text-align: left; } td:last-child { white-space: normal; min-width: 16rem; color: var(--soft); }
 tr.front td:first-child { color: var(--mark); font-weight: 600; } tr.current td:first-child::after { content: " ◀ now"; color: #1f6f5c; }
 svg { max-width: 100%; height: auto; } circle.point { fill: transparent; cursor: help; } circle.point:hover { fill: rgba(181, 52, 90, .25); }
-.shots { display: flex; flex-wrap: wrap; gap: .8rem; } .shots figure { margin: 0; width: 13rem; } .shots img { width: 100%; }
+.shots { display: flex; flex-wrap: wrap; gap: 1rem; } .shots figure { margin: 0; } .shots img { width: 11rem; margin-right: 2px; }
+dl.short dt { font-weight: 600; margin-top: .7rem; } dl.short dd { margin: 0 0 0 0; }
 """
 
 
@@ -53,43 +56,75 @@ def page(results: Sequence[Result], made: dict[str, str], current: Sequence[str]
         f"<title>Accuracy and time</title><style>{STYLE}</style></head><body>"
         "<h1>What accuracy costs in time</h1>"
         '<p class="soft">Every point is a way to compute the same thing. Further down is nearer to the truth, further left is '
-        "faster; red points are those that no other beats in both. Times are of this machine: compare their ratios.</p>"
-        f"{''.join(parts)}"
+        "faster; red points are those that no other beats in both. Times are of this machine: compare their ratios. Differences of "
+        "colour are CIEDE2000: below 0.5 nobody sees them, 1 is seen side by side, 3 at a glance.</p>"
+        f"{_in_short(results)}{''.join(parts)}"
         f'<h2>Measured on</h2><p class="soft">{html.escape(facts)}</p></body></html>\n'
     )
+
+
+def _in_short(results: Sequence[Result]) -> str:
+    """Questions that a reader comes with, and what was measured about them."""
+    asked = in_short(results)
+    if not asked:
+        return ""
+    rows = "".join(f"<dt>{html.escape(question)}</dt><dd>{html.escape(found)}</dd>" for question, found in asked)
+    return f'<h2>In short</h2><dl class="short">{rows}</dl>'
 
 
 def _section(result: Result, current: set[str]) -> str:
     ladder = result.ladder
     return (
-        f"<h2>{html.escape(ladder.title)}</h2>"
+        f'<h2 id="{html.escape(ladder.name)}">{html.escape(ladder.title)}</h2>'
         f'<p class="answer">{html.escape(answer(result))}</p>'
         f'<figure style="margin:0"><div class="plot">{plot(result, current)}</div><figcaption>Mean error in '
-        f"{html.escape(ladder.unit)} against {html.escape(ladder.reference)}; time of {html.escape(ladder.run_of)}, as a "
-        "multiple of the fastest.</figcaption></figure>"
-        f"{_table(result, current)}"
+        f"{html.escape(ladder.unit)} against {html.escape(ladder.reference)}; {time_of(result)} of {html.escape(ladder.run_of)}, as a "
+        f"multiple of the fastest.{_grain(result)}{'' if result.whole else ' Measuring was stopped: times are of fewer runs.'}</figcaption></figure>"
+        f"{_table(result, current)}{_notes(result)}{_shots(result)}"
     )
 
 
-def answer(result: Result, visible: float = 0.5) -> str:
-    """The ladder's answer in a sentence: the fastest rung whose error stays invisible, and what the best one costs more."""
-    base = fastest(result)
-    good = [r for r in result.rungs if r.error.p99 <= visible]
-    best = min(result.rungs, key=lambda r: (r.error.mean, r.times.later))
-    if not good:
-        return (
-            f"No way here keeps 99 % of the errors below {visible:g} {result.ladder.unit}; the nearest, {best.name}, has "
-            f"{best.error.p99:.2f}."
+def _grain(result: Result) -> str:
+    """What the reference's own noise is worth."""
+    if result.noise is None:
+        return ""
+    return (
+        f" The reference's own grain is {result.noise.mean:.2f} in the mean and {result.noise.p99:.2f} at 99 %: nothing can be told "
+        "apart below that."
+    )
+
+
+def _notes(result: Result) -> str:
+    """Rungs that do not fall as theory says, and what is known about the ladder."""
+    lines = [f"Not as theory says: {html.escape(one)}." for one in not_falling(result)]
+    lines += [html.escape(one) for one in result.ladder.notes]
+    return f'<ul class="soft">{"".join(f"<li>{one}</li>" for one in lines)}</ul>' if lines else ""
+
+
+def _shots(result: Result) -> str:
+    """The rungs' pictures beside their differences."""
+    figures = []
+    for rung in result.rungs:
+        if not rung.shots:
+            continue
+        images = "".join(
+            f'<img alt="{html.escape(f"{rung.name}: {shot.caption}")}" title="{html.escape(shot.caption)}" '
+            f'src="data:image/png;base64,{base64.b64encode(shot.png).decode()}">'
+            for shot in rung.shots
         )
-    quick = min(good, key=lambda r: r.times.later)
-    text = (
-        f"The fastest way that keeps 99 % of the errors below {visible:g} {result.ladder.unit} is {quick.name} "
-        f"(mean {quick.error.mean:.3f}, {quick.times.later / base:.1f} times the fastest of all)"
+        words = f"{rung.name}: mean {rung.error.mean:.2f}, {_duration(rung.times.later)}"
+        figures.append(f"<figure>{images}<figcaption>{html.escape(words)}</figcaption></figure>")
+    if not figures:
+        return ""
+    shown = ", ".join(
+        next(r for r in result.rungs if r.shots).shots[i].caption
+        for i in range(len(next(r for r in result.rungs if r.shots).shots))
     )
-    if best.name == quick.name:
-        return text + "; it is also the most accurate."
-    times = best.times.later / quick.times.later
-    return text + f"; the most accurate, {best.name}, has {best.error.mean:.2g} and takes {times:.1f} times as long."
+    return f'<p class="soft">From left to right: {html.escape(shown)}.</p><div class="shots">{"".join(figures)}</div>'
+
+
+def _duration(seconds: float) -> str:
+    return f"{seconds:.2f} s" if seconds >= 1 else f"{1e3 * seconds:.3g} ms"
 
 
 def plot(result: Result, current: set[str]) -> str:
@@ -168,7 +203,7 @@ def _label(root: ET.Element, text: str, x: float, y: float, taken: list[_Box]) -
 def _hover(rung: Measured, result: Result, base: float) -> str:
     return (
         f"{rung.name}: {rung.about}\nerror mean {rung.error.mean:.4f}, 99 % {rung.error.p99:.4f}, max {rung.error.max:.4f} "
-        f"{result.ladder.unit}\n{1e3 * rung.times.later:.2f} ms, {rung.times.later / base:.1f} times the fastest"
+        f"{result.ladder.unit}\n{_duration(rung.times.later)}, {rung.times.later / base:.1f} times the fastest"
     )
 
 
@@ -181,14 +216,29 @@ def _span(values: Any) -> tuple[float, float]:
 
 def _table(result: Result, current: set[str]) -> str:
     base = fastest(result)
-    head = ("", "mean", "99 %", "max", "time", "× fastest", "± %", "prepare", "MB", "what it is")
+    flip = any(r.flip for r in result.rungs)
+    head = [
+        "",
+        "mean",
+        "99 %",
+        "max",
+        *(["FLIP"] if flip else []),
+        "time",
+        "× fastest",
+        "± %",
+        "first",
+        "prepare",
+        "MB",
+        "what it is",
+    ]
     lines = []
     for r in result.rungs:
         spread = 100 * r.times.spread / r.times.later if r.times.later else 0
-        cells = (
-            r.name, f"{r.error.mean:.3f}", f"{r.error.p99:.3f}", f"{r.error.max:.3f}", f"{1e3 * r.times.later:.1f} ms",
-            f"{r.times.later / base:.1f}", f"{spread:.0f}", f"{1e3 * r.times.prepare:.0f} ms", f"{r.times.memory_mb:.1f}", r.about,
-        )  # fmt: skip
+        cells = [
+            r.name, *(f"{one:.3f}" for one in r.error), *([f"{r.flip.mean:.3f}" if r.flip else "–"] if flip else []),
+            _duration(r.times.later), f"{r.times.later / base:.1f}", f"{spread:.0f}", _duration(r.times.first),
+            _duration(r.times.prepare), f"{r.times.memory_mb:.1f}" if np.isfinite(r.times.memory_mb) else "–", r.about,
+        ]  # fmt: skip
         kind = " ".join(
             name for name, on in (("front", r.on_front), ("current", bool(r.setting) and r.setting in current)) if on
         )

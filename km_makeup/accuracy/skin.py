@@ -25,6 +25,7 @@ def skin_ladder(stacks: Sequence[Stack] | None = None, timed: Stack | None = Non
         f"{len(work.values)} texels of {len(work.products)} films",
         "the skin's measured spectrum, 1 nm, 40 digits (mpmath)",
         [Rung(name, about, _preparer(m, work), _judge(m, cases), setting) for name, about, m, setting in METHODS],
+        falling=(tuple(name for name, *_ in METHODS),),
     )
 
 

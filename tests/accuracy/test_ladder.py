@@ -8,12 +8,13 @@ import json
 import re
 import time
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from km_makeup import cli
-from km_makeup.accuracy import commands, ladder, page, report
+from km_makeup.accuracy import answers, commands, ladder, page, repeat, report
 from km_makeup.accuracy.ladder import Ladder, Measured, Rung, Times, marked, measure
 from km_makeup.accuracy.pictures import Spread
 
@@ -34,7 +35,10 @@ def small(log: list | None = None) -> Ladder:
         rung("coarse", 0.002, 1.0, log), rung("slow", 0.03, 0.6, log),
         rung("middle", 0.012, 0.2, log, "path LIVE"), rung("fine", 0.025, 0.0, log),
     ]  # fmt: skip
-    return Ladder("small", "A small ladder", "CIEDE2000", "one sleep", "the truth", rungs)
+    return Ladder(
+        "small", "A small ladder", "CIEDE2000", "one sleep", "the truth", rungs, clock=time.perf_counter, least_s=0.0,
+        falling=(("coarse", "middle", "fine"),),
+    )  # fmt: skip
 
 
 def finished(steps):
@@ -57,7 +61,7 @@ def test_runs_take_turns_and_progress_reaches_the_total():
     names = ["coarse", "slow", "middle", "fine"]
     assert log == [n for name in names for n in (name, name)] + names * 3  # first and memory, then rounds
     done, total = [s[0] for s in seen], {s[1] for s in seen}
-    assert done == sorted(done) and total == {len(names) * 6} and done[-1] == len(names) * 6 - 1
+    assert done == sorted(done) and total == {len(names) * 5} and done[-1] == len(names) * 5 - 1
 
 
 def test_times_are_those_of_the_runs_and_the_front_is_marked(result):
@@ -107,7 +111,7 @@ def test_hovering_names_every_rung_at_its_point(result):
 
 def test_no_rung_good_enough_is_said():
     poor = Measured("poor", "", "", Spread(2, 3, 4), Times(0, 1, 1, 0, 0), True)
-    assert "No way here keeps" in page.answer(ladder.Result(small(), [poor]))
+    assert "No way here keeps" in answers.answer(ladder.Result(small(), [poor]))
 
 
 def test_the_command_writes_three_files_and_prints_json(tmp_path, monkeypatch, capsys):
@@ -119,17 +123,96 @@ def test_the_command_writes_three_files_and_prints_json(tmp_path, monkeypatch, c
 
 def test_a_ladder_that_does_not_exist_is_bad_input(capsys):
     assert cli.main(["accuracy", "--ladder", "rope"]) == 2
-    assert "no ladder 'rope'; use colour, skin, maps" in capsys.readouterr().err
+    assert "no ladder 'rope'; use colour, skin, maps, mip" in capsys.readouterr().err
 
 
-def test_a_stop_leaves_the_ladders_that_were_finished(tmp_path, monkeypatch, capsys):
-    def stopping() -> Ladder:
-        def interrupt() -> None:
+def stopping(after: int) -> Ladder:
+    """A ladder whose second rung is interrupted at a run."""
+    made = 0
+
+    def interrupt() -> None:
+        nonlocal made
+        made += 1
+        if made > after:
             raise KeyboardInterrupt
 
-        return Ladder("b", "B", "u", "r", "t", [Rung("x", "", lambda: interrupt, lambda: Spread(0, 0, 0))])
+    rungs = [rung("first", 0.001, 1.0), Rung("second", "", lambda: interrupt, lambda: Spread(0, 0, 0))]
+    return Ladder("b", "B", "u", "r", "t", rungs, clock=time.perf_counter, least_s=0.0)
 
-    monkeypatch.setattr(commands, "ladders", lambda: {"small": small, "b": stopping})
+
+@pytest.mark.parametrize(("after", "kept"), [(0, ["first"]), (3, ["first", "second"])])
+def test_a_stop_leaves_what_was_measured(tmp_path, monkeypatch, capsys, after, kept):
+    monkeypatch.setattr(commands, "ladders", lambda: {"small": small, "b": lambda: stopping(after)})
     assert cli.main(["accuracy", "--quick", "--out", str(tmp_path)]) == 130
-    assert json.loads((tmp_path / "accuracy.json").read_text())["ladders"].keys() == {"small"}
+    content = json.loads((tmp_path / "accuracy.json").read_text())
+    assert [r["rung"] for r in content["rungs"] if r["ladder"] == "b"] == kept
+    assert content["ladders"]["small"]["whole"] and not content["ladders"]["b"]["whole"]
     assert "stopped" in capsys.readouterr().err
+    assert "Measuring was stopped" in (tmp_path / "accuracy.html").read_text()
+
+
+def at(name: str, error: float, seconds: float) -> Measured:
+    return Measured(name, "", "", Spread(error, error, error), Times(0, seconds, seconds, 0, 0))
+
+
+def test_a_rung_that_does_not_fall_is_said_beyond_the_noise():
+    found = ladder.Result(small(), [at("coarse", 1.0, 1), at("middle", 0.4, 1), at("fine", 0.5, 1)])
+    assert ladder.not_falling(found) == ["fine has a mean error of 0.5, middle 0.4"]
+    found.noise = Spread(0.2, 0.2, 0.2)
+    assert ladder.not_falling(found) == []
+
+
+def test_two_measurements_agree_when_one_machine_is_slower_by_a_factor():
+    one = ladder.Result(small(), [at("a", 1, 0.010), at("b", 1, 0.020), at("c", 1, 0.031)])
+    slower = ladder.Result(small(), [at("a", 1, 0.050), at("b", 1, 0.102), at("c", 1, 0.160)])
+    turned = ladder.Result(small(), [at("a", 1, 0.010), at("b", 1, 0.020), at("c", 1, 0.015)])
+    assert repeat.agreement(one, slower).holds
+    found = repeat.agreement(one, turned)
+    assert not found.holds and found.out_of_order == ("b and c",)
+
+
+def test_short_runs_are_made_until_they_can_be_timed():
+    calls = []
+    quick = Rung("q", "", lambda: lambda: calls.append(time.sleep(0.001)), lambda: Spread(0, 0, 0))
+    found, _ = finished(
+        measure(Ladder("m", "M", "u", "r", "t", [quick], clock=time.perf_counter, least_s=0.02), runs=2)
+    )
+    assert len(calls) > 20 and 0.001 <= found.rungs[0].times.later < 0.004
+
+
+def test_pictures_of_a_rung_are_in_the_page():
+    shown = replace(at("a", 0.3, 0.01), shots=(ladder.Shot("picture", b"PNG bytes"),), flip=Spread(0.02, 0.1, 0.2))
+    text = page.page([ladder.Result(small(), [shown, at("b", 0.2, 0.02)])], report.machine())
+    assert "data:image/png;base64,UE5HIGJ5dGVz" in text and "<th>FLIP</th>" in text and "<td>0.020</td>" in text
+
+
+def test_questions_are_answered_from_the_rungs():
+    bands = [
+        at("8 fitted bands", 0.9, 0.01),
+        at("12 fitted bands", 0.3, 0.015),
+        at("81 bands", 0.02, 0.06),
+        at("live", 0.5, 0.02),
+        at("baked", 0.25, 0.005),
+    ]
+    blurs = [
+        at("0 Gaussians", 1.0, 1.0),
+        at("1 Gaussian", 0.5, 1.1),
+        at("3 Gaussians", 0.31, 1.2),
+        at("6 Gaussians", 0.3, 1.5),
+    ]
+    results = [
+        ladder.Result(replace(small(), name="colour"), bands),
+        ladder.Result(replace(small(), name="diffusion"), blurs),
+    ]
+    found = dict(answers.in_short(results))
+    assert found["How many bands do I need?"].startswith("12, with fitted weights")
+    assert found["How many Gaussians?"].startswith("3: mean error 0.31 against 1.00 with none and 0.30 with 6")
+    assert "from 0.500 to 0.250" in found["Is baking worth it?"] and "4.0 times less" in found["Is baking worth it?"]
+    assert "What does Cycles buy me?" not in found
+
+
+def test_pictures_need_a_head(capsys):
+    assert cli.main(["accuracy", "--ladder", "diffusion"]) == 2
+    assert "name the head's file" in capsys.readouterr().err
+    assert cli.main(["accuracy", "x.blend", "--size", "big"]) == 2
+    assert "pixels, such as 200x250" in capsys.readouterr().err

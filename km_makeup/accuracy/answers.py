@@ -1,0 +1,124 @@
+"""What a measurement says, in sentences: each ladder's answer, and the questions that a reader comes with."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+
+from .ladder import Measured, Result
+from .report import fastest
+
+
+def answer(result: Result) -> str:
+    """The ladder's answer in a sentence: the fastest rung whose error stays invisible, and what the best one costs more."""
+    base, visible, unit = fastest(result), result.ladder.visible, result.ladder.unit
+    good = [r for r in result.rungs if r.error.p99 <= visible]
+    best = min(result.rungs, key=lambda r: (r.error.mean, r.times.later))
+    if not good:
+        return f"No way here keeps 99 % of the errors below {visible:g} {unit}; the nearest, {best.name}, has {best.error.p99:.2f}."
+    quick = min(good, key=lambda r: r.times.later)
+    text = (
+        f"The fastest way that keeps 99 % of the errors below {visible:g} {unit} is {quick.name} "
+        f"(mean {quick.error.mean:.3f}, {quick.times.later / base:.1f} times the fastest of all)"
+    )
+    if best.name == quick.name:
+        return text + "; it is also the most accurate."
+    times = best.times.later / quick.times.later
+    return text + f"; the most accurate, {best.name}, has {best.error.mean:.2g} and takes {times:.1f} times as long."
+
+
+def in_short(results: Sequence[Result]) -> list[tuple[str, str]]:
+    """Questions with their answers, those that the ladders measured can answer."""
+    by_name = {result.ladder.name: result for result in results if result.rungs}
+    found = [
+        (question, text) for name, question, tell in QUESTIONS if name in by_name and (text := tell(by_name[name]))
+    ]
+    return found
+
+
+def _rung(result: Result, name: str) -> Measured | None:
+    return next((r for r in result.rungs if r.name == name), None)
+
+
+def how_many_bands(result: Result) -> str:
+    """The fewest fitted bands that nobody tells from the truth."""
+    counted = [(int(m[1]), r) for r in result.rungs if (m := re.fullmatch(r"(\d+) (?:fitted )?bands", r.name))]
+    if not counted:
+        return ""
+    counted.sort(key=lambda one: one[0])
+    enough = next((one for one in counted if one[1].error.p99 <= result.ladder.visible), None)
+    most, last = counted[-1]
+    if enough is None:
+        return f"More than {most}: 99 % of the errors are then still up to {last.error.p99:.2f}."
+    count, rung = enough
+    fewer = [one for one in counted if one[0] < count]
+    before = (
+        f" With {fewer[-1][0]}, 1 % of the colours are off by more than {fewer[-1][1].error.p99:.2f}." if fewer else ""
+    )
+    return (
+        f"{count}, with fitted weights: 99 % of the errors are below {rung.error.p99:.2f}, the mean is {rung.error.mean:.3f}.{before} "
+        f"All {most} take {last.times.later / rung.times.later:.1f} times as long for a mean of {last.error.mean:.3f}."
+    )
+
+
+def is_baking_worth_it(result: Result) -> str:
+    """Baked textures against the live tables."""
+    live, baked = _rung(result, "live"), _rung(result, "baked")
+    if live is None or baked is None:
+        return ""
+    films = live.times.later / baked.times.later
+    return (
+        f"For final pictures, yes: the mean error falls from {live.error.mean:.3f} to {baked.error.mean:.3f} and 99 % from "
+        f"{live.error.p99:.2f} to {baked.error.p99:.2f}, neither of which is often seen; shading three films takes "
+        f"{films:.1f} times less, and the more films the more. The bake itself is paid once: {_seconds(baked.times.prepare)} for the texels timed "
+        "here. While painting, no: live follows every stroke."
+    )
+
+
+def how_many_gaussians(result: Result) -> str:
+    """The fewest Gaussians that are as near as the most."""
+    counted = [(int(m[1]), r) for r in result.rungs if (m := re.fullmatch(r"(\d) Gaussians?", r.name))]
+    if len(counted) < 2:
+        return ""
+    counted.sort(key=lambda one: one[0])
+    none, (most, last) = counted[0], counted[-1]
+    grain = result.noise.mean if result.noise else 0.0
+    best = min(r.error.mean for _, r in counted)
+    worth = max(0.02, grain / 4, 0.1 * (none[1].error.mean - best))
+    count, rung = next(one for one in counted if one[1].error.mean <= best + worth)
+    text = f"{count}: mean error {rung.error.mean:.2f} against {none[1].error.mean:.2f} with none"
+    if count == most:
+        return text + "; each one less is further off."
+    return (
+        text
+        + f" and {last.error.mean:.2f} with {most}, which take {last.times.later / rung.times.later:.2f} times as long a frame."
+    )
+
+
+def what_does_cycles_buy(result: Result) -> str:
+    """The nearest picture of EEVEE against the nearest of Cycles."""
+    cycles = [r for r in result.rungs if r.name.startswith("Cycles")]
+    eevee = [r for r in result.rungs if r.name.startswith("EEVEE")]
+    if not cycles or not eevee:
+        return ""
+    path, raster = (min(group, key=lambda r: r.error.mean) for group in (cycles, eevee))
+    return (
+        f"{path.name} is {path.error.mean:.2f} from the reference in the mean (99 %: {path.error.p99:.1f}), {raster.name} "
+        f"{raster.error.mean:.2f} (99 %: {raster.error.p99:.1f}), for {path.times.later / raster.times.later:.1f} times the time of a frame: "
+        "light that bounces between skin and skin, in sockets, nostrils and under the chin, and shadows of large lamps."
+    )
+
+
+def _seconds(value: float) -> str:
+    return f"{value:.1f} s" if value >= 1 else f"{1e3 * value:.0f} ms"
+
+
+QUESTIONS: Sequence[tuple[str, str, Callable[[Result], str]]] = (
+    ("colour", "How many bands do I need?", how_many_bands),
+    ("diffusion", "How many Gaussians?", how_many_gaussians),
+    ("colour", "Is baking worth it?", is_baking_worth_it),
+    ("picture", "What does Cycles buy me?", what_does_cycles_buy),
+)
+"""The ladder that answers, the question, and how the answer is found."""
+
+__all__ = ["QUESTIONS", "answer", "in_short"]

@@ -1,0 +1,59 @@
+"""Whether a measurement can be repeated: two of them must rank the rungs alike, and their ratios of times agree."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+
+from .ladder import Result
+from .report import fastest
+
+TOLERANCE = 0.15
+"""How far two ratios of times may lie apart."""
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Two measurements of a ladder: rungs whose ranks differ though their times are told apart, and the worst ratio of ratios."""
+
+    ladder: str
+    out_of_order: tuple[str, ...]
+    worst: float
+    worst_rung: str
+
+    @property
+    def holds(self) -> bool:
+        """Whether ranks are alike and ratios within TOLERANCE."""
+        return not self.out_of_order and self.worst <= 1 + TOLERANCE
+
+    def __str__(self) -> str:
+        ranks = "rungs rank alike" if not self.out_of_order else f"out of order: {', '.join(self.out_of_order)}"
+        return f"{self.ladder}, measured twice: {ranks}; ratios of times differ by {100 * (self.worst - 1):.0f} % at most ({self.worst_rung})"
+
+
+def agreement(first: Result, second: Result) -> Agreement:
+    """Compare two measurements of one ladder.
+
+    Ratios are to the geometric mean of all rungs, so that no single rung carries the others. Rungs are out of order where
+    one measurement puts them more than TOLERANCE apart and the other turns them round.
+    """
+    a, b = _relative(first), _relative(second)
+    ratios = {name: max(a[name] / b[name], b[name] / a[name]) for name in a}
+    worst = max(ratios, key=lambda name: ratios[name])
+    apart = 1 + TOLERANCE
+    turned = [
+        f"{x} and {y}"
+        for x, y in combinations(a, 2)
+        if (a[x] - a[y]) * (b[x] - b[y]) < 0 and max(a[x] / a[y], a[y] / a[x], b[x] / b[y], b[y] / b[x]) > apart
+    ]
+    return Agreement(first.ladder.title, tuple(turned), ratios[worst], worst)
+
+
+def _relative(result: Result) -> dict[str, float]:
+    product = 1.0
+    for rung in result.rungs:
+        product *= (rung.times.later / fastest(result)) ** (1 / len(result.rungs))
+    return {rung.name: rung.times.later / fastest(result) / product for rung in result.rungs}
+
+
+__all__ = ["TOLERANCE", "Agreement", "agreement"]
