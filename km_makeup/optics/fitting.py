@@ -24,6 +24,9 @@ _THINNEST, _THICKEST = np.log(1e-12), np.log(1e6)
 # The noise that stands for one not given, until the residuals tell; and the least that is taken.
 _NOISE, _NOISE_LEAST = 1e-3, 1e-9
 _ROUNDS, _FIRST_ROUNDS = 200, 25
+# What Levenberg and Marquardt's damping begins with, and its bounds: the columns of films that let a billionth through
+# differ by as little, and what is damped more than that stays where it began.
+_DAMPING, _LEAST_DAMPING, _GREATEST_DAMPING = 1e-3, 1e-32, 1e10
 _START_THICKNESSES = (0.02, 0.2, 1.0, 4.0)
 _START_RATIOS = np.geomspace(1e-5, 1e3, 25)
 
@@ -79,8 +82,10 @@ def invert_films(
     -------
     FilmsInversion
         K, S with standard errors (from the inverse of the normal matrix), condition, status and residual, with the
-        shape of R less its first axis. On exact readings, without a prior, within 5e-14 times the condition number. OPAQUE where the thickness has no effect beyond the noise, INCONSISTENT
-        where the residual is more than five times the noise, otherwise as `Status`.
+        shape of R less its first axis. On exact readings, without a prior, within 5e-14 times the condition number.
+        OPAQUE where the thickness has no effect beyond the noise or an opaque film fits as well, INCONSISTENT where the
+        residual is more than five times the noise, OUT_OF_RANGE also where all films are of one thickness on one
+        backing, otherwise as `Status`.
 
     Raises
     ------
@@ -135,6 +140,8 @@ def _prepare(
         sides = (_like_readings("The interface", k, R_all).reshape(films, -1) for k in doubles(*interface))
         interface = Interface(*sides)
         R_g = np.clip(unsaunderson(R_g, interface, specular_included=specular_included), 0, 1)
+    same = np.all((X == X[0]) & (R_g == R_g[0]), axis=0) & ~np.isinf(X[0])
+    bad = bad | same
     # No weight for what is no reading: with a prior it would pull at its neighbours.
     weight = np.where(bad, 0, 1 / np.maximum(sigma, _NOISE_LEAST))
     return _Readings(R, R_g, X, weight, interface, specular_included), shape, bad, sigma
@@ -167,14 +174,20 @@ def _model(data: _Readings, theta: Array) -> tuple[Array, Array, Array]:
     return read, to_K * slope, to_S * slope
 
 
-def _system(data: _Readings, theta: Array) -> tuple[Array, Array, Array]:
-    """Cost (m,), half gradient (2, m) and normal matrix (3, m: KK, KS, SS) of the weighted least squares."""
+def _weighted(data: _Readings, theta: Array) -> Array:
+    """Readings less model, and the model's derivatives to ln K and ln S, in units of the noise: (3, n, m)."""
     R, to_K, to_S = _model(data, theta)
-    residual = (data.R - R) * data.weight
-    to_K, to_S = to_K * data.weight, to_S * data.weight
-    gradient = np.stack([np.sum(to_K * residual, axis=0), np.sum(to_S * residual, axis=0)])
-    normal = np.stack([np.sum(a * b, axis=0) for a, b in ((to_K, to_K), (to_K, to_S), (to_S, to_S))])
-    return np.sum(residual**2, axis=0), gradient, normal
+    return np.stack([data.R - R, to_K, to_S]) * data.weight
+
+
+def _cost(rows: Array) -> Array:
+    """What the least squares make least, (m,)."""
+    return np.sum(rows[0] ** 2, axis=0)
+
+
+def _normal(to_K: Array, to_S: Array) -> Array:
+    """The normal matrix (3, m: KK, KS, SS) of weighted derivatives (n, m)."""
+    return np.stack([np.sum(a * b, axis=0) for a, b in ((to_K, to_K), (to_K, to_S), (to_S, to_S))])
 
 
 def _limits(data: _Readings) -> tuple[Array, Array]:
@@ -197,7 +210,7 @@ def _starts(data: _Readings) -> list[Array]:
         for ratio in _START_RATIOS:
             s = z / np.sqrt(ratio * (ratio + 2))
             trial = np.stack([np.log(ratio * s) - typical, np.log(s) - typical])
-            cost = _system(data, trial)[0]
+            cost = _cost(_weighted(data, trial))
             theta, best = np.where(cost < best, trial, theta), np.minimum(cost, best)
         starts.append(theta)
     return starts
@@ -205,36 +218,54 @@ def _starts(data: _Readings) -> list[Array]:
 
 def _best_descent(data: _Readings) -> Array:
     """ln K, ln S (2, m) of the least cost among the descents from all starts."""
-    best, least = np.zeros((2, data.R.shape[1])), np.full(data.R.shape[1], np.inf)
+    m = data.R.shape[1]
+    best, least, damping = np.zeros((2, m)), np.full(m, np.inf), np.full(m, _DAMPING)
     for start in _starts(data):
-        theta = _minimise(start, data, _FIRST_ROUNDS)
-        cost = _system(data, theta)[0]
-        best, least = np.where(cost < least, theta, best), np.minimum(cost, least)
-    return _minimise(best, data, _ROUNDS)
+        theta, reached = _minimise(start, data, np.full(m, _DAMPING), _FIRST_ROUNDS)
+        cost = _cost(_weighted(data, theta))
+        best, damping = np.where(cost < least, theta, best), np.where(cost < least, reached, damping)
+        least = np.minimum(cost, least)
+    return _minimise(best, data, damping, _ROUNDS)[0]
 
 
-def _minimise(theta: Array, data: _Readings, rounds: int) -> Array:
-    """Levenberg-Marquardt, every wavelength with a damping of its own."""
+def _minimise(theta: Array, data: _Readings, damping: Array, rounds: int) -> tuple[Array, Array]:
+    """Levenberg-Marquardt, every wavelength with a damping of its own: ln K and ln S (2, m), and the last damping."""
     low, high = _limits(data)
     theta = np.clip(theta, low, high)
-    cost, gradient, normal = _system(data, theta)
-    damping = np.full(cost.shape, 1e-3)
+    rows = _weighted(data, theta)
+    cost = _cost(rows)
     for _ in range(rounds):
-        kk, ks, ss = normal
-        floor = 1e-30 + 1e-15 * (kk + ss)
-        kk, ss = kk * (1 + damping) + floor, ss * (1 + damping) + floor
-        determinant = np.maximum(kk * ss - ks * ks, 1e-300)
-        step = np.stack([ss * gradient[0] - ks * gradient[1], kk * gradient[1] - ks * gradient[0]]) / determinant
-        trial = np.clip(theta + step / np.maximum(np.max(np.abs(step), axis=0), 1), low, high)
-        new = _system(data, trial)
-        better = new[0] <= cost
-        moved = np.max(np.abs(np.where(better, trial - theta, 0)), initial=0)
-        theta = np.where(better, trial, theta)
-        cost, gradient, normal = (np.where(better, a, b) for a, b in zip(new, (cost, gradient, normal), strict=True))
-        damping = np.clip(np.where(better, damping / 8, damping * 4), 1e-14, 1e12)
-        if moved < 1e-14 and not np.any(~better & (damping < 1e10)):
+        step = _step(rows, damping)
+        # A step of K and S themselves, up to 2.7 times or down to 0.4 times: the readings of thin films are linear in those.
+        longest = np.maximum(np.max(np.where(step > 0, step / 1.7, step / -0.6), axis=0), 1)
+        trial = np.clip(theta + np.log1p(step / longest), low, high)
+        new_rows = _weighted(data, trial)
+        new = _cost(new_rows)
+        better = new <= cost
+        moved = np.max(np.abs(trial - theta), axis=0) > 1e-14
+        theta, rows, cost = (np.where(better, a, b) for a, b in ((trial, theta), (new_rows, rows), (new, cost)))
+        # A short step may be short for its damping alone: that must have come down, or up, as far as it goes.
+        settled = np.where(better, ~moved & (damping <= _LEAST_DAMPING), damping >= _GREATEST_DAMPING)
+        damping = np.clip(np.where(better, damping / 8, damping * 4), _LEAST_DAMPING, _GREATEST_DAMPING)
+        if np.all(settled):
             break
-    return theta
+    return theta, damping
+
+
+def _step(rows: Array, damping: Array) -> Array:
+    """The damped step of ln K and ln S (2, m) toward the readings, from the rows of `_weighted`.
+
+    By orthogonalising the two columns, those of nearly opaque films being alike to ten digits and more.
+    """
+    residual, to_K, to_S = rows
+    least = 1e-60
+    kk, ss = np.sum(to_K**2, axis=0), np.sum(to_S**2, axis=0)
+    firm = np.maximum(kk * (1 + damping), least)
+    mixed = np.sum(to_K * to_S, axis=0) / firm
+    rest = to_S - mixed * to_K
+    left = np.maximum(np.sum(rest**2, axis=0) + damping * (mixed**2 * kk + ss), least)
+    S = np.sum(rest * residual, axis=0) / left
+    return np.stack([np.sum(to_K * residual, axis=0) / firm - mixed * S, S])
 
 
 def _second_differences(count: int) -> Array:
@@ -247,7 +278,7 @@ def _scaled_to_noise(data: _Readings, theta: Array, noise: ArrayLike | None) -> 
     if noise is not None:
         return data
     freedom = max(data.R.shape[0] - 2, 1) * np.count_nonzero(data.weight[0])
-    scatter = np.sqrt(np.sum(_system(data, theta)[0]) / max(freedom, 1))
+    scatter = np.sqrt(np.sum(_cost(_weighted(data, theta))) / max(freedom, 1))
     return _Readings(data.R, data.R_g, data.X, data.weight / max(scatter, 1e-6), data.interface, data.specular_included)
 
 
@@ -276,11 +307,12 @@ def _minimise_smooth(theta: Array, data: _Readings, prior: Array) -> Array:
         return values.reshape(-1, 2, count).swapaxes(0, 1).reshape(2, -1)
 
     def system(values: Array) -> tuple[Array, Array, Array]:
-        cost, gradient, normal = _system(data, values)
+        residual, to_K, to_S = rows = _weighted(data, values)
+        gradient = np.stack([np.sum(to_K * residual, axis=0), np.sum(to_S * residual, axis=0)])
         bend = values.reshape(2, -1, count) @ prior.T
         pull = (bend @ prior).reshape(2, -1)
-        total = cost.reshape(-1, count).sum(axis=-1) + np.sum(bend**2, axis=(0, 2))
-        return total, spectra(gradient - pull), _joined(normal, prior)
+        total = _cost(rows).reshape(-1, count).sum(axis=-1) + np.sum(bend**2, axis=(0, 2))
+        return total, spectra(gradient - pull), _joined(_normal(to_K, to_S), prior)
 
     low, high = _limits(data)
     theta = np.clip(theta, low, high)
@@ -327,12 +359,11 @@ def _judge(
     scale = np.ones_like(chi) if noise_given else chi * (films > 2)
 
     w_K, w_S = to_K * data.weight, to_S * data.weight
-    normal = np.stack([np.sum(a * b, axis=0) for a, b in ((w_K, w_K), (w_K, w_S), (w_S, w_S))])
     if prior is None:
         variance, gain_K, gain_S = _inverse(w_K, w_S)
     else:
         noise_weight = np.ones_like(chi) if noise_given else np.maximum(chi, 1e-6)
-        covariance = _covariance(_joined(normal / noise_weight**2, prior))
+        covariance = _covariance(_joined(_normal(w_K, w_S) / noise_weight**2, prior))
         own = np.diagonal(covariance, axis1=1, axis2=2).reshape(-1, 2, prior.shape[1]).swapaxes(0, 1).reshape(2, -1)
         variance, (_, gain_K, gain_S) = own, _inverse(w_K, w_S)
         scale = np.ones_like(chi)
@@ -341,9 +372,10 @@ def _judge(
     noise = sigma if noise_given else np.maximum(residual, 1e-12)
     scale_error = scale / np.maximum(np.sqrt(np.sum((w_K + w_S) ** 2, axis=0)), 1e-150)
     rounding = np.finfo(np.float64).eps
-    moves = np.max(np.abs(to_K + to_S), axis=0) > 16 * rounding
-    unlike = np.abs(data.R - _bare(data)) > 3 * noise + 16 * rounding
-    opaque = (prior is None) & (~moves | (scale_error > 1))
+    unlike = np.abs(data.R - _through(data, data.R_g)) > 3 * noise + 16 * rounding
+    as_thick = np.sqrt(np.mean((data.R - _through(data, opaque_reflectance(K, S))) ** 2, axis=0))
+    hides = as_thick <= residual + 16 * rounding
+    opaque = (prior is None) & (hides | (scale_error > 1))
     no_film = ~np.any(unlike, axis=0) & ~np.any(np.isinf(data.X), axis=0)
     inconsistent = (chi > 5) if noise_given else (residual > 0.05)
     status = np.select(
@@ -351,6 +383,8 @@ def _judge(
         [Status.OUT_OF_RANGE, Status.INCONSISTENT, Status.NO_FILM, Status.OPAQUE],
         Status.OK,
     )
+    hiding = status == Status.OPAQUE
+    K, S = (np.where(hiding, a, b) for a, b in zip(_thinnest_hiding(data, K, S, noise), (K, S), strict=True))
     nothing = bad | (status == Status.NO_FILM)
     K, S = np.where(nothing, 0, K), np.where(nothing, 0, S)
     determined = status == Status.OK
@@ -382,11 +416,22 @@ def _covariance(normal: Array) -> Array:
     return np.linalg.inv(firm)
 
 
-def _bare(data: _Readings) -> Array:
-    """What the instrument would read of the bare backings."""
+def _through(data: _Readings, R: Array) -> Array:
+    """What the instrument would read of reflectances below the interface."""
     if data.interface is None:
-        return data.R_g
-    return saunderson(data.R_g, data.interface, specular_included=data.specular_included)
+        return R
+    return saunderson(R, data.interface, specular_included=data.specular_included)
+
+
+def _thinnest_hiding(data: _Readings, K: Array, S: Array, noise: Array) -> tuple[Array, Array]:
+    """K and S in their ratio, of films that hide within three times the noise but would not if they were thinner."""
+    X = np.min(data.X, axis=0)
+    X = np.where(np.isinf(X), 1, X)
+    surest = np.min(np.broadcast_to(noise, data.R.shape), axis=0)
+    least = np.clip(3 * surest, np.finfo(np.float64).eps, 0.5)
+    z = np.sqrt(K) * np.sqrt(K + 2 * S) * X
+    part = np.minimum(-0.5 * np.log(least) / z, 1)
+    return K * part, S * part
 
 
 def _inverse(w_K: Array, w_S: Array) -> tuple[Array, Array, Array]:

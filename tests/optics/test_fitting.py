@@ -127,6 +127,80 @@ def test_status_tells_what_cannot_be_known() -> None:
     assert wrong_thickness.status[0] == Status.OUT_OF_RANGE
 
 
+@pytest.mark.parametrize("noise", [None, 1e-9, 0.001])
+@pytest.mark.parametrize("interface", [None, AIR])
+@pytest.mark.parametrize("films", [(2.0, 2.0), (2.0, 5.0, np.inf), (np.inf, np.inf)])
+def test_exactly_opaque_films_are_opaque(noise: float | None, interface: object, films: tuple[float, ...]) -> None:
+    """Readings that an opaque film gives too say nothing of the thickness, however exact they are."""
+    K, S = np.array([1.0, 50.0, 0.02]), np.array([10.0, 5.0, 300.0])
+    R_g = np.array([0.05, 0.9, 0.9])[: len(films), None]
+    R = readings(K, S, np.full(len(films), np.inf), R_g, interface)
+    fit = invert_films(R, R_g, films, noise=noise, interface=interface)
+    np.testing.assert_array_equal(fit.status, Status.OPAQUE)
+    np.testing.assert_allclose(fit.K / fit.S, K / S, rtol=1e-6)
+    np.testing.assert_array_equal([fit.K_error, fit.S_error], [fit.K, fit.S])
+    assert np.all(np.concatenate([fit.K_condition, fit.S_condition]) == np.finfo(np.float64).max)
+    # K and S are those of the thinnest film that hides within three times the noise.
+    z = np.sqrt(fit.K * (fit.K + 2 * fit.S)) * (2 if np.isfinite(films[0]) else 1)
+    hides = np.exp(-2 * z)
+    assert np.all(hides > 0.99 * max(3 * (noise or 0), np.finfo(np.float64).eps))
+    if np.isfinite(films[0]):
+        assert np.all(hides < 1.01 * max(3 * (noise or 1e-12), np.finfo(np.float64).eps))
+
+
+def test_the_surest_reading_tells_how_much_at_least_an_opaque_film_hides() -> None:
+    K, S, R_g = np.array([5.0]), np.array([20.0]), np.array([[0.05], [0.9]])
+    R = readings(K, S, [np.inf, np.inf], R_g, None)
+    fit = invert_films(R, R_g, [0.5, 3.0], noise=np.array([[0.01], [0.001]]))
+    assert fit.status[0] == Status.OPAQUE
+    z = np.sqrt(fit.K * (fit.K + 2 * fit.S)) * 0.5
+    np.testing.assert_allclose(np.exp(-2 * z), 0.003, rtol=1e-6)
+    # A film that only seems opaque, its backing being of nearly its colour, is not made thicker than it was found.
+    alike = np.full((2, 1), 0.4)
+    thin = invert_films(readings(K, S, [0.05, np.inf], alike, None), alike, [0.05, np.inf], noise=0.04)
+    assert thin.status[0] == Status.OPAQUE
+    np.testing.assert_allclose([thin.K, thin.S], [K, S], rtol=1e-6)
+
+
+def test_films_all_alike_tell_nothing() -> None:
+    """As two backings alike in the closed form; films of one thickness on two backings, or of two on one, are not alike."""
+    K, S, R_g = np.array([5.0]), np.array([20.0]), np.array([[0.1], [0.1]])
+    R = readings(K, S, [0.05, 0.05], R_g, None)
+    fit = invert_films(R, R_g, [0.05, 0.05], noise=0.001)
+    assert (fit.status[0], fit.K[0], fit.S[0]) == (Status.OUT_OF_RANGE, 0, 0)
+    for films, backings in (([0.05, 0.1], R_g), ([0.05, 0.05], [[0.1], [0.9]]), ([0.05, np.inf], R_g)):
+        R = readings(K, S, films, np.array(backings), None)
+        fit = invert_films(R, backings, films, noise=1e-6)
+        assert fit.status[0] == Status.OK
+        np.testing.assert_allclose([fit.K, fit.S], [K, S], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("films", "backings"),
+    [
+        ((1.0, 1.0), (0.0, 0.9)),
+        ((0.5, 1.0), (0.05, 0.05)),
+        ((0.5, 1.0, 1.0), (0.05, 0.05, 0.9)),
+        ((1.0, np.inf), (0.05, 0.05)),
+    ],
+)
+@pytest.mark.parametrize("noise", [None, 1e-9])
+def test_thin_and_nearly_opaque_films_are_found_to_their_condition(films, backings, noise) -> None:
+    """From a thousandth of an optical thickness to where not a digit of the readings tells it; OK wherever they differ."""
+    rng = np.random.default_rng(3)
+    ratio = 10 ** rng.uniform(-2, 2, 200)
+    S = np.geomspace(1e-3, 25, 200) / np.sqrt(ratio * (ratio + 2))
+    K, R_g = ratio * S, np.array(backings)[:, None]
+    R = readings(K, S, films, R_g, None)
+    fit = invert_films(R, R_g, films, noise=noise)
+    ok, opaque = fit.status == Status.OK, readings(K, S, np.full(len(films), np.inf), R_g, None)
+    told = np.max(np.abs(R - opaque), axis=0)
+    assert np.all(ok[told > (1e-14 if noise is None else 2e-8)])
+    assert np.all(fit.status[told < 1e-15] == Status.OPAQUE)
+    for found, truth, condition in ((fit.K, K, fit.K_condition), (fit.S, S, fit.S_condition)):
+        assert np.all(np.abs(found / truth - 1)[ok] < 5e-14 * condition[ok])
+
+
 def test_a_residual_too_large_without_given_noise_is_inconsistent() -> None:
     R_g = np.array([[0.0], [0.9], [0.0], [0.9]])
     fit = invert_films(np.array([[0.8], [0.1], [0.2], [0.9]]), R_g, [0.1, 0.1, 0.2, 0.2])
