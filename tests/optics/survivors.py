@@ -34,7 +34,7 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
         "How thick counts as infinite: any bound between what lets no light through and what overflows does.",
     ),
     ("films.x__film", r"far, 1, X", "Equivalent: the value is masked, the opaque film is written over it."),
-    ("films.x__lay", r"d -= d", "Equivalent: between two mirrors no light is divided, by 1 or by -1."),
+    ("films.x__lay|films.x__over", r"d -= d", "Equivalent: between two mirrors no light is divided, by 1 or by -1."),
     ("films.x__put_opaque", r"total = |or A is not", "Equivalent: masked; T and A are given both or neither."),
     (
         "films.x__lay",

@@ -93,6 +93,14 @@ def test_an_infinite_film_is_opaque(dtype: type) -> None:
     assert mixed[1] == film_over(K[1:2], S[1:2], np.array([0.25], dtype), np.full(1, 0.5, dtype))[0]
 
 
+def test_a_film_that_is_opaque_though_not_infinite_overflows_nowhere() -> None:
+    """S X or X alone near the largest number."""
+    for K, S, X in ((1.0, 1e307, 20.0), (0.5, 0.1, 1e308), (1e-3, 1e-3, 1.7e308)):
+        ours = film(K, S, X)
+        assert (ours.R, ours.T) == (opaque_reflectance(K, S), 0)
+        assert film_over(K, S, X, 0.7) == ours.R
+
+
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 def test_thick_films_are_reached_without_a_step(dtype: type) -> None:
     """At z = 40 (float32: 20) another formula takes over; both give the same to the last digits there."""
@@ -206,6 +214,8 @@ def test_what_is_no_film_is_refused_with_its_name_and_value(values: tuple, name:
     if name != "X":
         with pytest.raises(MakeupError, match=f"^{name} of a film"):
             opaque_reflectance(*values[:2])
+    with pytest.raises(MakeupError, match=f"^{name} of a film must .*, not {wrong}; "):
+        film(*([0.5, 0.25, value] for value in values))  # the wrong one of three is the one that is named
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])

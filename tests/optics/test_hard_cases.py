@@ -69,6 +69,19 @@ def test_ours_has_no_value_that_is_not_finite_and_loses_no_digits() -> None:
         assert float(error) <= allowed, (case, quantity, dtype)
 
 
+def test_least_squares_loses_no_digits_and_knows_what_is_hidden() -> None:
+    text = PAGE.read_text(encoding="utf-8").split("## Inversion by least squares")[1].split("## ")[0]
+    found = [[cell.strip() for cell in line.strip("| ").split(" | ")] for line in text.splitlines() if "-" in line]
+    found = [cells for cells in found if len(cells) == 7 and cells[1][0].isdigit()]
+    assert len(found) == 20
+    for films, thickness, *counts, error, _, not_finite in found:
+        for count in counts:
+            right, of = count.split(" of ")
+            assert right == of, (films, thickness)
+        assert error == "none" or float(error) <= 5e-14, (films, thickness)
+        assert not_finite == "0"
+
+
 def test_the_printed_formulas_do_fail_there() -> None:
     """The page would be worthless if its yardstick were ours."""
     failed = {case for case, _, _, _, not_finite, *_ in rows() if int(not_finite) > 0}

@@ -112,3 +112,21 @@ def test_lists_of_unequal_length_and_too_many_coarse_powders_are_refused() -> No
     assert 0 < powder_over(many, [0.5] * 13, 0.4) < 1
     assert 0 < powder_over(many, [1.0] * 12 + [0.5], 0.4, PowderRule.COARSE) < 1
     assert 0 < powder_over([film(1.0, 1.0, 0.001)] * 12, [0.5] * 12, 0.4, PowderRule.COARSE) < 1
+
+
+@pytest.mark.parametrize("share", [1.5, -0.5])
+def test_what_is_no_area_fraction_is_refused(share: float) -> None:
+    said = f"^The area fraction of a powder must be a number from 0 to 1, not {share}; mend its source.$"
+    for call in (
+        lambda: powder(BLUSH, share),
+        lambda: powder_over([BLUSH], [share], 0.4),
+        lambda: powder_over([BLUSH], [share], 0.4, PowderRule.COARSE),
+    ):
+        with pytest.raises(MakeupError, match=said):
+            call()
+
+
+@pytest.mark.parametrize("rule", list(PowderRule))
+def test_a_backing_of_other_length_than_the_films_is_refused(rule: PowderRule) -> None:
+    with pytest.raises(MakeupError, match="do not go together"):
+        powder_over([film(np.ones(3), 1.0, 0.1)], [0.5], np.full(4, 0.4), rule)
