@@ -61,6 +61,7 @@ def ladders() -> dict[str, Callable[[], Ladder]]:
     from .mixed_light import mixed_light_ladder
     from .powder import powder_ladder
     from .skin import skin_ladder
+    from .two_flux import two_flux_ladder
 
     return {
         "colour": colour_ladder,
@@ -70,6 +71,7 @@ def ladders() -> dict[str, Callable[[], Ladder]]:
         "powder": powder_ladder,
         "light": mixed_light_ladder,
         "highlights": highlight_ladder,
+        "two-flux": two_flux_ladder,
     }
 
 

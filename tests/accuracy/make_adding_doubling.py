@@ -1,6 +1,6 @@
-"""Adding-doubling reflectances and transmittances of slabs, by iadpython, into tests/golden/two_flux.csv.
+"""Adding-doubling reflectances and transmittances of slabs, by iadpython, into km_makeup/accuracy/adding_doubling.csv.
 
-    python tests/golden/make_two_flux.py
+    python -m tests.accuracy.make_adding_doubling
 
 Henyey-Greenstein slabs without surface reflection (n = 1), 24 quadrature points (iadpython 0.5.3 loses accuracy above 28 at
 n = 1); the last column is the largest difference to 20 points. UR1, UT1: light along the normal. URU, UTU: diffuse light.
@@ -10,10 +10,12 @@ from __future__ import annotations
 
 import csv
 import itertools
-from pathlib import Path
 
 import iadpython
 
+from tests.stamps import ROOT
+
+TARGET = ROOT / "km_makeup" / "accuracy" / "adding_doubling.csv"
 ASYMMETRY = (0.0, 0.5, 0.85)
 ALBEDO = (0.5, 0.8, 0.95, 0.99, 0.999)
 THICKNESS = (0.25, 1.0, 4.0, 16.0)
@@ -28,7 +30,7 @@ def main() -> None:
         rows.append(
             [g, a, b, *(f"{v:.8f}" for v in fine), f"{max(abs(x - y) for x, y in zip(fine, coarse, strict=True)):.1e}"]
         )
-    with Path(__file__).with_name("two_flux.csv").open("w", newline="") as file:
+    with TARGET.open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["g", "albedo", "optical_thickness", "UR1", "UT1", "URU", "UTU", "quadrature_error"])
         writer.writerows(rows)

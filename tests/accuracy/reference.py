@@ -54,6 +54,23 @@ def at_every_nanometre(values: Sequence[float | str], first: int = FIRST, step: 
 
 
 @mp.workdps(DIGITS)
+def mixture(spectra: Sequence[Spectrum], shares: Sequence[float]) -> Spectrum:
+    """Shares of spectra summed."""
+    return [
+        mp.fsum(mp.mpf(repr(s)) * one[i] for s, one in zip(shares, spectra, strict=True))
+        for i in range(len(spectra[0]))
+    ]
+
+
+@mp.workdps(DIGITS)
+def painted(product: dict, um: float, value: float) -> Layer:
+    """A product as its file says, of a full thickness in um, painted ``value``: as much thinner, or as a powder on as much of the area."""
+    K, S = (at_every_nanometre(product[name]) for name in ("K", "S"))
+    whole, share = mp.mpf(repr(um)) / 1000, mp.mpf(repr(value))
+    return Layer(K, S, whole, share) if product["form"] == "powder" else Layer(K, S, whole * share)
+
+
+@mp.workdps(DIGITS)
 def film(K: Number, S: Number, X: Number) -> tuple[Number, Number]:
     """R and T of one film."""
     if X == 0 or (K == 0 and S == 0):

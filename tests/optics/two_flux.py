@@ -2,37 +2,26 @@
 
     python -m tests.optics.two_flux      prints the errors and writes tests/results/optics_two_flux.md
 
-The slabs of tests/golden/two_flux.csv (made by make_two_flux.py beside it) with K = 2 mu_a and S = 3/4 mu_s (1 - g),
+The slabs of km_makeup/accuracy/adding_doubling.csv (made by tests/accuracy/make_adding_doubling.py) with K = 2 mu_a and S = 3/4 mu_s (1 - g),
 no surface reflection: R and T of the model less those of adding-doubling, for diffuse light and light along the normal.
 """
 
 from __future__ import annotations
 
-import csv
 import sys
 
 import numpy as np
 
-from km_makeup.optics import film
-from tests.stamps import ROOT, write_markdown
+from km_makeup.accuracy.two_flux import table as rows
+from km_makeup.accuracy.two_flux import two_fluxes
+from tests.stamps import write_markdown
 
-TABLE = ROOT / "tests" / "golden" / "two_flux.csv"
 PUBLISHED_G = 0.75
-
-
-def rows() -> np.ndarray:
-    """The table as a record array."""
-    with TABLE.open() as file:
-        lines = list(csv.reader(file))
-    values = np.array([[float(v) for v in line] for line in lines[1:]])
-    return np.rec.fromarrays(values.T, names=",".join(lines[0]))
 
 
 def errors(table: np.ndarray) -> dict[str, np.ndarray]:
     """Model less truth, per illumination and quantity."""
-    K = 2 * (1 - table.albedo) * table.optical_thickness
-    S = 0.75 * table.albedo * table.optical_thickness * (1 - table.g)
-    R, T, _ = film(K, S, 1.0)
+    R, T = two_fluxes(table)
     return {
         "R diffuse": R - table.URU,
         "T diffuse": T - table.UTU,
@@ -74,7 +63,10 @@ def main() -> int:
     result = text()
     print(result)
     title, command = "Kubelka-Munk against adding-doubling", "python -m tests.optics.two_flux"
-    covers = ["km_makeup/optics/arrays.py", "km_makeup/optics/films.py", "tests/golden/two_flux.csv"]
+    covers = [
+        f"km_makeup/{name}"
+        for name in ("optics/arrays.py", "optics/films.py", "accuracy/two_flux.py", "accuracy/adding_doubling.csv")
+    ]
     print(write_markdown("optics_two_flux.md", title, command, covers, result))
     return 0
 
