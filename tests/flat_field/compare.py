@@ -16,7 +16,6 @@ zero; how many there are and what that costs is said. Writes tests/results/flat_
 from __future__ import annotations
 
 import argparse
-import datetime
 import json
 import subprocess
 import sys
@@ -28,7 +27,22 @@ import numpy as np
 
 HERE = Path(__file__).resolve().parent
 CHECKOUT = HERE.parents[1]
-RESULTS = CHECKOUT / "tests" / "results" / "flat_field.json"
+sys.path.insert(0, str(CHECKOUT))
+from tests import stamps  # noqa: E402
+
+COVERS = (
+    "km_makeup/optics/films.py",
+    "km_makeup/makeup/transfer.py",
+    "km_makeup/makeup/flat.py",
+    "km_makeup/spectra",
+    "km_makeup/products/shipped",
+    "km_makeup/bake/colours.py",
+    "km_makeup/blender/nodes/groups.py",
+    "km_makeup/blender/lobes.py",
+    "km_makeup/blender/shaders.py",
+    "tests/flat_field",
+)
+"""What the colours of the flat field come from."""
 BOUND = 0.5
 STEP = 1 / 1023
 """One step of the 10 bits in which EEVEE keeps a closure's colour."""
@@ -141,19 +155,6 @@ def listed(prediction: dict[str, Any], rendered: dict[str, Any], count: int) -> 
     return "\n".join(lines)
 
 
-def stamp() -> dict[str, str]:
-    """When and from which commit the figures are."""
-    git = lambda *a: subprocess.run(  # noqa: E731
-        ["git", *a], cwd=CHECKOUT, capture_output=True, text=True, check=True
-    ).stdout.strip()
-    changed = git("status", "--porcelain", "--untracked-files=no", "--", "km_makeup")
-    return {
-        "date": datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d"),
-        "commit": git("rev-parse", "--short", "HEAD") + (" with changes not committed" if changed else ""),
-        "command": "python tests/flat_field/compare.py",
-    }
-
-
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--prediction", type=Path)
@@ -164,7 +165,6 @@ def main() -> int:
     parser.add_argument("--rows", type=Path, help="write the rows as JSON to this file too")
     parser.add_argument("--list", type=int, default=0, help="also list the worst n cases")
     options = parser.parse_args()
-    made_from = stamp()
     with tempfile.TemporaryDirectory(prefix="flat-field-") as folder:
         predicted = options.prediction or Path(folder) / "predicted.json"
         rendered = options.rendered or Path(folder) / "rendered.json"
@@ -187,17 +187,14 @@ def main() -> int:
     if options.list:
         print(listed(prediction, found, options.list))
     if options.prediction is None and options.rendered is None and options.every == 1 and not options.products:
-        RESULTS.parent.mkdir(exist_ok=True)
-        result = {
-            **made_from,
+        values = {
             "bound": BOUND,
             "made_with": found["made with"],
             "skins": prediction["subjects"],
             "gamut": space,
             "rows": rows,
         }
-        RESULTS.write_text(json.dumps(result, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-        print(f"written: {RESULTS.relative_to(CHECKOUT)}")
+        print(f"written: {stamps.write_json('flat_field.json', 'python tests/flat_field/compare.py', COVERS, values)}")
     return int(any(row["judged_above_bound"] for row in rows))
 
 
