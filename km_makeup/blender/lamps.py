@@ -141,7 +141,12 @@ def highlights_group(
     kinds = [LampKind(obj.data.type) for obj in lamps]
     shapes = [getattr(obj.data, "shape", "") for obj in lamps]
     signature = signature_of(
-        lobes, shadows, world, scatters, *((obj.name, kind.value) for obj, kind in zip(lamps, kinds)), *shapes
+        lobes,
+        shadows,
+        world,
+        "by subsurface" if scatters else False,
+        *((obj.name, kind.value) for obj, kind in zip(lamps, kinds)),
+        *shapes,
     )
     for tree in bpy.data.node_groups:
         if (tree.get(KIND), tree.get(SIGNATURE), tree.get(STAMP)) == (GROUP_KIND, signature, VERSION) and _reads(

@@ -42,7 +42,7 @@ def two_lamps(head: bpy.types.Object) -> None:
     for name, place, watts in (("Figure key", (-0.35, -0.8, 0.5), 60.0), ("Figure side", (0.8, -0.3, 0.1), 12.0)):
         data = bpy.data.lights.new(name, "POINT")
         data.energy, data.shadow_soft_size = watts, 0.03
-        data.shadow_maximum_resolution, data.shadow_filter_radius = 1e-5, 0
+        data.shadow_maximum_resolution, data.shadow_filter_radius = 1e-4, 0
         lamp = bpy.data.objects.new(name, data)
         lamp.location = tip + Vector(place)
         bpy.context.scene.collection.objects.link(lamp)

@@ -56,8 +56,20 @@ def camera(place: Sequence[float], target: Sequence[float] = (0, 0, 0), lens: fl
     return obj
 
 
-def shining(group: bpy.types.NodeTree, lobes: Sequence[Lobe]) -> bpy.types.Material:
-    """A material that sends out the highlight of the group and nothing else."""
+def block(width: float = 1.0, depth: float = 0.4) -> bpy.types.Object:
+    """A closed block whose top is the plane z = 0: as thick as a head, which a plane is not."""
+    obj = plane(width)
+    mesh = bpy.data.meshes.new("Block")
+    s = width / 2
+    corners = [(x, y, z) for z in (-depth, 0.0) for x, y in ((-s, -s), (s, -s), (s, s), (-s, s))]
+    faces = [(3, 2, 1, 0), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+    mesh.from_pydata(corners, [], faces)
+    obj.data = mesh
+    return obj
+
+
+def shining(group: bpy.types.NodeTree, lobes: Sequence[Lobe], scatters: bool = False) -> bpy.types.Material:
+    """A material that sends out the highlight of the group and nothing else; ``scatters``: over black scattering."""
     material = bpy.data.materials.new("Shining")
     tree = material.node_tree
     tree.nodes.clear()
@@ -72,6 +84,12 @@ def shining(group: bpy.types.NodeTree, lobes: Sequence[Lobe]) -> bpy.types.Mater
     emission, output = tree.nodes.new("ShaderNodeEmission"), tree.nodes.new("ShaderNodeOutputMaterial")
     tree.links.new(node.outputs["Highlight"], emission.inputs["Color"])
     tree.links.new(emission.outputs[0], output.inputs["Surface"])
+    if scatters:
+        black, both = tree.nodes.new("ShaderNodeSubsurfaceScattering"), tree.nodes.new("ShaderNodeAddShader")
+        black.inputs["Color"].default_value = (0, 0, 0, 1)
+        tree.links.new(emission.outputs[0], both.inputs[0])
+        tree.links.new(black.outputs[0], both.inputs[1])
+        tree.links.new(both.outputs[0], output.inputs["Surface"])
     return material
 
 

@@ -99,6 +99,36 @@ def test_eevee_draws_the_same_with_every_lamp_in_its_own_shadow(tmp_path: Path) 
         assert error.mean() < 0.01
 
 
+def test_on_a_thick_body_that_scatters_a_lamp_is_not_taken_for_blocked(tmp_path: Path) -> None:
+    """Figure 3 on a head: Shader to RGB of a diffuse closure traced shadows through the whole body there, and no highlight
+    was left. One lamp is behind a card, the other is not; the light of the world stays out of it."""
+    made = [
+        lit.lamp("POINT", (0.1, 0.3, 0.5), energy=6, shadow_soft_size=0.0),
+        lit.lamp("POINT", (-0.4, -0.1, 0.4), energy=4, shadow_soft_size=0.0),
+    ]
+    for obj in made:
+        obj.data.shadow_maximum_resolution, obj.data.shadow_filter_radius = 1e-4, 0
+    body = lit.block()
+    body.data.materials.append(lit.shining(group_of(made, shadows=True, world=True, scatters=True), LOBES, True))
+    lit.camera((0.1, -0.9, 0.5))
+    scene = bpy.context.scene
+    scene.eevee.light_threshold = 1e-6
+    scene.world = bpy.data.worlds.new("Grey")
+    background = next(n for n in scene.world.node_tree.nodes if n.bl_idname == "ShaderNodeBackground")
+    background.inputs["Color"].default_value = (0.3, 0.3, 0.3, 1)
+    bpy.context.view_layer.update()
+    points = lit.positions()
+    for shining in (made, made[1:]):
+        if shining != made:
+            card = lit.plane(0.3, 0.3, (0.06, 0.18))  # between the first lamp and what is looked at
+            card.visible_camera = False
+            bpy.context.view_layer.update()
+        found, wanted = lit.render(tmp_path, "BLENDER_EEVEE"), lit.expected(shining, LOBES, points)
+        inside = (found[..., 3] > 0.99) & (np.abs(points[..., :2]).max(axis=-1) < 0.2)
+        assert inside.sum() > 50
+        assert np.abs(found[..., :3] - wanted)[inside].max() < 0.01 * lit.expected(made, LOBES, points)[inside].max()
+
+
 def _before(card: bpy.types.Object, obj: bpy.types.Object) -> None:
     """Put the card between the lamp and the middle of the plane."""
     matrix = obj.matrix_world
@@ -181,6 +211,6 @@ def lamps() -> list[bpy.types.Object]:
 
 
 def group_of(
-    made: list[bpy.types.Object], lobes: int = 2, shadows: bool = False, world: bool = False
+    made: list[bpy.types.Object], lobes: int = 2, shadows: bool = False, world: bool = False, scatters: bool = False
 ) -> bpy.types.NodeTree:
-    return highlights_group(made, lobes, shadows, world)
+    return highlights_group(made, lobes, shadows, world, scatters)

@@ -71,8 +71,8 @@ def solved(monkeypatch, directions, strengths, visible, world: float) -> np.ndar
 
     directions = [np.asarray(d, float) / np.linalg.norm(d) for d in directions]
 
-    def reading(tree, towards, scale):
-        assert scale == math.pi
+    def reading(tree, towards, scatters):
+        assert not scatters
         lit = sum(e * v * max(0.0, towards.value @ d) for d, e, v in zip(directions, strengths, visible))
         return Number(lit + world)
 

@@ -7,9 +7,12 @@ away from all of them where the world is not black, make a linear system for the
 
     sum_i (max(0, L_k.L_i) + e) y_i = sum_i max(0, L_k.L_i) E_i - pi (S_k - a),      V_i = 1 - y_i/E_i,
 
-solved in the nodes by elimination. In a material with a subsurface closure EEVEE's readings are pi times too low (5.0 and
-newer, measured: `tests/highlights`); they are brought up there. Where nothing is blocked the highlight is the analytic one; e (on the diagonal)
+solved in the nodes by elimination. Where nothing is blocked the highlight is the analytic one; e (on the diagonal)
 keeps lamps that stand together from being told apart. For one lamp it is the ratio of shaded and analytic irradiance.
+
+A material that scatters is read with a subsurface closure of no radius: EEVEE 5.0 and 5.1, and some
+builds of 5.2, take any diffuse closure that Shader to RGB reads there for a translucent one, whatever its normal, and trace
+its shadow through the whole thickness of the object: on a head every lamp counted as blocked (`tests/highlights`).
 """
 
 from __future__ import annotations
@@ -26,6 +29,9 @@ RIDGE = 2e-3
 """e: two lamps closer than about 4 degrees share their shadow."""
 
 LEAST = 1e-9
+
+NO_RADIUS = 1e-6
+"""Subsurface scale, scene units, at which nothing comes through from behind."""
 
 
 def build_highlights(
@@ -44,10 +50,9 @@ def build_highlights(
     nodes = [tree.group(lamp_group(kind)) for kind in kinds]
     lights = [Colour(tree, node.outputs["Light"]) for node in nodes]
     strengths = [Scalar(tree, node.outputs["Shading"]) for node in nodes]
-    scale = math.pi * math.pi if scatters else math.pi
     seen: list[Scalar | None] = [None] * len(nodes)
     if shadows:
-        seen = list(visibilities(tree, lights, strengths, world, scale))
+        seen = list(visibilities(tree, lights, strengths, world, scatters))
     total: Colour | None = None
     for node, light, visible in zip(nodes, lights, seen):
         half = tree.group(half_vector_group(), Normal=normal, Light=light, View=view)
@@ -84,34 +89,33 @@ def _lobes(
 
 
 def visibilities(
-    tree: Tree, lights: Sequence[Colour], strengths: Sequence[Scalar], world: bool, scale: float = math.pi
+    tree: Tree, lights: Sequence[Colour], strengths: Sequence[Scalar], world: bool, scatters: bool = False
 ) -> list[Scalar]:
-    """The share 0..1 of each lamp's light that arrives, from white diffuse surfaces turned to the lamps.
-
-    ``scale`` is what a reading is multiplied by to be irradiance.
-    """
+    """The share 0..1 of each lamp's light that arrives, from white diffuse surfaces turned to the lamps."""
     count = len(lights)
     matrix: list[list[Scalar | float]] = [[1.0] * count for _ in range(count)]
     for k in range(count):
         for i in range(k + 1, count):
             matrix[k][i] = matrix[i][k] = lights[k].dot(lights[i]).maximum(0.0)
-    blocked = [_expected(row, strengths) - _reading(tree, light, scale) for row, light in zip(matrix, lights)]
+    blocked = [_expected(row, strengths) - _reading(tree, light, scatters) for row, light in zip(matrix, lights)]
     if world:
-        matrix, blocked = _without_world(tree, matrix, blocked, lights, strengths, scale)
+        matrix, blocked = _without_world(tree, matrix, blocked, lights, strengths, scatters)
     for k in range(count):
         matrix[k][k] = matrix[k][k] + RIDGE
     solved = _solve(matrix, blocked)
     return [(1.0 - y / strength.maximum(LEAST)).clamped() for y, strength in zip(solved, strengths)]
 
 
-def _reading(tree: Tree, towards: Colour, scale: float) -> Scalar:
-    """``scale`` times what EEVEE shades on a white surface turned that way, the channels added."""
-    diffuse = tree.node("ShaderNodeBsdfDiffuse")
-    diffuse.inputs["Color"].default_value = (1, 1, 1, 1)
-    tree.feed(diffuse.inputs["Normal"], towards)
+def _reading(tree: Tree, towards: Colour, scatters: bool) -> Scalar:
+    """Irradiance of a surface turned that way as EEVEE shades it, the channels added."""
+    white = tree.node("ShaderNodeSubsurfaceScattering" if scatters else "ShaderNodeBsdfDiffuse")
+    white.inputs["Color"].default_value = (1, 1, 1, 1)
+    if scatters:
+        white.inputs["Scale"].default_value = NO_RADIUS
+    tree.feed(white.inputs["Normal"], towards)
     shaded = tree.node("ShaderNodeShaderToRGB")
-    tree.tree.links.new(diffuse.outputs[0], shaded.inputs[0])
-    return Colour(tree, shaded.outputs["Color"]).dot(tree.colour((scale,) * 3))
+    tree.tree.links.new(white.outputs[0], shaded.inputs[0])
+    return Colour(tree, shaded.outputs["Color"]).dot(tree.colour((math.pi,) * 3))
 
 
 def _expected(row: Sequence[Scalar | float], strengths: Sequence[Scalar]) -> Scalar:
@@ -129,7 +133,7 @@ def _without_world(
     blocked: list[Scalar],
     lights: Sequence[Colour],
     strengths: Sequence[Scalar],
-    scale: float,
+    scatters: bool,
 ) -> tuple[list[list[Scalar | float]], list[Scalar]]:
     """Subtract the reading of a surface turned away from all lamps, which sees the world alone, or nearly."""
     middle = lights[0]
@@ -137,7 +141,7 @@ def _without_world(
         middle = middle + light
     away = middle.normalized().scaled(-1.0)
     row: list[Scalar | float] = [away.dot(light).maximum(0.0) for light in lights]
-    missing = _expected(row, strengths) - _reading(tree, away, scale)
+    missing = _expected(row, strengths) - _reading(tree, away, scatters)
     return [[a - b for a, b in zip(one, row)] for one in matrix], [b - missing for b in blocked]
 
 
