@@ -17,6 +17,7 @@ from km_makeup.blender.compositor.levels import (
     HOLE_STEPS,
     INSIDE,
     NARROWEST,
+    PIXEL_PX2,
     SOFT,
     STEP_MM,
     STEP_PX,
@@ -181,6 +182,15 @@ def spread(
     return total
 
 
+def steps_of(frame: Frame, lens: Lens) -> tuple[Array, Array]:
+    """1 at pixels with a step in depth between them and the skin before them, along x and along y."""
+    inside = (frame.mask > INSIDE).astype(float)
+    place, footprint = position(frame.depth, lens), footprint_of(frame.depth, lens)
+    slopes = (one_sided(place, inside, 1, 0)[1], one_sided(place, inside, 0, 1)[1])
+    across = walls(frame.depth, inside, slopes[0], footprint, lens.mm, 1, 0)[0]
+    return across, walls(frame.depth, inside, slopes[1], footprint * lens.aspect, lens.mm, 0, 1)[0]
+
+
 def diffuse(
     frame: Frame, lens: Lens, profile: GaussianProfile, pixels_per_mm: float, aware: bool = True
 ) -> dict[str, Array]:
@@ -209,8 +219,10 @@ def diffuse(
         sigma = (variance - previous) ** 0.5 * lens.mm
         curved = variance > CURVED_ABOVE
         if variance > 0:
-            current = spread(current, sigma / length_x, free_x, 1, known_x if curved else None)
-            current = spread(current, sigma / length_y, free_y, 0, known_y if curved else None)
+            own = PIXEL_PX2 if previous == 0 else 0.0
+            across, up = (np.sqrt((sigma / length) ** 2 + own) for length in (length_x, length_y))
+            current = spread(current, across, free_x, 1, known_x if curved else None)
+            current = spread(current, up, free_y, 0, known_y if curved else None)
         current = current / np.maximum(current[..., 3:], 1e-6)
         total = total + current[..., :3] * np.asarray(weights)
         current = current * giving[..., None]

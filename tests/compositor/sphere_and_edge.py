@@ -60,10 +60,11 @@ def table(scales: list[float], samples: int) -> str:
         lines.append(f"| {scene} | {scale:g} | {name} | {cells} |")
         print(lines[-1], file=sys.stderr, flush=True)
 
+    balls = {scale: ball(scale, 1.0) for scale in scales}
     for albedo in (1.0, 0.6):
         for scale in scales:
             scene = f"ball, albedo {albedo:g}"
-            ours, local, truth = ball(scale, albedo)
+            ours, local, truth = (albedo * one for one in balls[scale])  # linear in the light
             row(scene, scale, "no diffusion − integral", local - truth)
             row(scene, scale, "diffusion − integral", ours - truth)
             for name, method in METHODS.items():

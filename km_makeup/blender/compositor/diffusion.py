@@ -34,6 +34,7 @@ from .levels import (
     FAR,
     INSIDE,
     NARROWEST,
+    PIXEL_PX2,
     SOFT,
     TAPS,
     WIDEST,
@@ -116,7 +117,10 @@ def _blurs(
         sigma, curved = (variance - previous) ** 0.5, variance > CURVED_ABOVE
         for axis in (0, 1) if variance > 0 else ():
             group = spread_group(curved, free[axis] is not None, horizontal=axis == 0)
-            values = {"Image": current, "Sigma": scale[axis] * sigma}
+            pixels = scale[axis] * sigma
+            if previous == 0:
+                pixels = (pixels * pixels + PIXEL_PX2).sqrt()
+            values = {"Image": current, "Sigma": pixels}
             if curved:
                 values["Length"] = lengths[axis]
             clear = free[axis]

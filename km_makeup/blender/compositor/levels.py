@@ -51,6 +51,10 @@ FIRST_PX2 = 1.0
 SHARP_PX2 = 0.03
 """Variance in pixels^2 below which a Gaussian changes nothing."""
 
+PIXEL_PX2 = 1 / 12
+"""Variance in pixels^2 of a pixel's own square along an axis: the first level is as much wider, since what a pixel of the
+picture shows is the mean over its square. Without it Gaussians narrower than a pixel come out too narrow at sharp edges."""
+
 T = TypeVar("T")
 
 
