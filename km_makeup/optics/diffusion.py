@@ -90,6 +90,26 @@ SKIN = GaussianProfile(
 )
 
 
+@dataclass(frozen=True)
+class MeasuredSkin:
+    """A skin as measured in red, green and blue: scattering and absorption in 1/mm, diffuse reflectance."""
+
+    scattering: tuple[float, float, float]
+    absorption: tuple[float, float, float]
+    reflectance: tuple[float, float, float]
+
+    @property
+    def distances(self) -> Array:
+        """Burley's d in mm, for light that enters diffusely (`diffuse_distance`)."""
+        extinction = np.array(self.scattering) + self.absorption
+        return diffuse_distance(self.reflectance, 1 / extinction)
+
+
+# Jensen, Marschner, Levoy, Hanrahan 2001, figure 5: Skin1 and Skin2, reduced scattering and absorption coefficients.
+DARKER_SKIN = MeasuredSkin((0.74, 0.88, 1.01), (0.032, 0.17, 0.48), (0.44, 0.22, 0.13))
+LIGHTER_SKIN = MeasuredSkin((1.09, 1.59, 1.79), (0.013, 0.070, 0.145), (0.63, 0.44, 0.34))
+
+
 def burley(r: ArrayLike, d: ArrayLike) -> Array:
     """Normalised diffusion profile (exp(-r/d) + exp(-r/(3 d)))/(8 pi d r), 1/mm^2, for r > 0 and d > 0 in mm.
 
@@ -119,6 +139,18 @@ def burley_distance(albedo: ArrayLike, mean_free_path: ArrayLike) -> Array:
     refuse_outside("The albedo of a medium", A, 0, 1, SLACK)
     refuse_outside("The mean free path in mm", path, _NEAREST, _FARTHEST)
     return path / (1.85 - A + 7 * np.abs(A - 0.8) ** 3)
+
+
+def diffuse_distance(albedo: ArrayLike, mean_free_path: ArrayLike) -> Array:
+    """Burley's d (mm) for light that enters diffusely, l / (1.9 - A + 3.5 (A - 0.8)^2) (Christensen and Burley 2015, Eq 6).
+
+    Parameters: ``albedo`` A 0..1; ``mean_free_path`` l in mm.
+    """
+    A, path = doubles(albedo, mean_free_path)
+    common_shape(A, path)
+    refuse_outside("The albedo of a medium", A, 0, 1, SLACK)
+    refuse_outside("The mean free path in mm", path, _NEAREST, _FARTHEST)
+    return path / (1.9 - A + 3.5 * (A - 0.8) ** 2)
 
 
 def _radius(r: ArrayLike) -> Array:

@@ -12,12 +12,24 @@ From the mean free path l and the albedo A follows Burley's d = l / (1.9 - A + 3
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from enum import Enum
+
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import MakeupError
-from ...optics.diffusion import SKIN, GaussianProfile, fit_gaussians, reduced, widened
+from ...optics.diffusion import (
+    DARKER_SKIN,
+    LIGHTER_SKIN,
+    SKIN,
+    GaussianProfile,
+    diffuse_distance,
+    fit_gaussians,
+    reduced,
+    widened,
+)
 from ..shaders import PRINCIPLED, SUBSURFACE, outputs_of, shader_nodes
 from ..skin import skin_of
 
@@ -32,6 +44,40 @@ NO_BACK = 0.02
 
 LEAST_MM = 1e-3
 """Narrower scattering than this is none."""
+
+LEAST_PATH_MM = 1e-9
+"""Stands for a radius of 0, which has no logarithm."""
+
+
+class Profile(Enum):
+    """Where a profile comes from."""
+
+    OWN = "the subsurface radius of the heads' own materials"
+    SKIN = "d'Eon and Luebke's fit to measured skin"
+    LIGHTER = "Jensen's lighter measured skin"
+    DARKER = "Jensen's darker measured skin"
+    DISTANCES = "scattering distances that the user gives"
+
+
+def chosen_profile(
+    kind: Profile, heads: list[bpy.types.Object], scene: bpy.types.Scene, distances: Sequence[float], count: int = COUNT
+) -> GaussianProfile:
+    """The profile asked for, of so many Gaussians; ``distances`` are Burley's d per channel, mm, for `Profile.DISTANCES`.
+
+    Raises MakeupError where a distance is 0 or less.
+    """
+    if kind is Profile.OWN:
+        return profile_of(heads, scene, count)
+    if kind is Profile.SKIN:
+        return reduced(SKIN, count)
+    measured = {Profile.LIGHTER: LIGHTER_SKIN, Profile.DARKER: DARKER_SKIN}
+    if kind is not Profile.DISTANCES:
+        return fit_gaussians(measured[kind].distances, count)
+    if min(distances) < LEAST_MM:
+        raise MakeupError(
+            f"Scattering distances must be {LEAST_MM} mm or more, not {min(distances):.3g}; skin has about 0.7, 0.3, 0.2 mm."
+        )
+    return fit_gaussians(np.array(distances), count)
 
 
 def profile_of(heads: list[bpy.types.Object], scene: bpy.types.Scene, count: int = COUNT) -> GaussianProfile:
@@ -111,7 +157,7 @@ def burley_distances(radius: NDArray, albedo: NDArray, method: str, ior: float =
         path = radius * np.sqrt(3 * (1 - _reduced_albedo(A, ior)))
     else:
         raise MakeupError(f"The subsurface method {method!r} is not known; use Burley or one of the random walks.")
-    return path / (1.9 - A + 3.5 * (A - 0.8) ** 2)
+    return diffuse_distance(A, np.maximum(path, LEAST_PATH_MM))
 
 
 def _reduced_albedo(A: NDArray, ior: float) -> NDArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, IntProperty
+from bpy.props import BoolProperty, EnumProperty, FloatVectorProperty, IntProperty
 
 from ....errors import MakeupError
 from ..base import MakeupOperator
@@ -20,7 +20,23 @@ class KM_OT_diffuse(MakeupOperator, bpy.types.Operator):
         items=[
             ("OWN", "Material's Own", "From the subsurface radius, scale and method of the skin's material"),
             ("SKIN", "Measured Skin", "d'Eon and Luebke's fit to measured Caucasian skin"),
+            ("LIGHTER", "Lighter Skin", "The lighter of two skins that Jensen et al. measured (2001)"),
+            (
+                "DARKER",
+                "Darker Skin",
+                "The darker of two skins that Jensen et al. measured (2001): more absorbs, less spreads",
+            ),
+            ("DISTANCES", "Scattering Distances", "Burley's profile of the distances below"),
         ],
+    )
+    distances: FloatVectorProperty(
+        name="Distances (mm)",
+        description="How far light spreads in red, green and blue, Burley's d in millimetres; for Scattering Distances",
+        default=(0.66, 0.32, 0.23),
+        size=3,
+        min=0.001,
+        soft_max=3.0,
+        precision=3,
     )
     gaussians: IntProperty(
         name="Gaussians",
@@ -35,15 +51,13 @@ class KM_OT_diffuse(MakeupOperator, bpy.types.Operator):
     )  # fmt: skip
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> str:
-        from ....optics.diffusion import SKIN, reduced
         from ... import compositor
 
         if not obj.km_makeup.slots:
             raise MakeupError(f"{obj.name!r} has no makeup; press Set Up first.")
-        heads = [*{*compositor.heads_of(context.scene), obj}]
-        profile = reduced(SKIN, self.gaussians)
-        if self.profile == "OWN":
-            profile = compositor.profile_of(sorted(heads, key=lambda head: head.name), context.scene, self.gaussians)
+        heads = sorted({*compositor.heads_of(context.scene), obj}, key=lambda head: head.name)
+        kind = compositor.Profile[self.profile]
+        profile = compositor.chosen_profile(kind, heads, context.scene, self.distances, self.gaussians)
         compositor.insert(context.scene, profile, self.steps)
         obj.km_makeup.scattering = "SCREEN"
         return "The compositor diffuses the light of the skin"
