@@ -2,6 +2,9 @@
 
 Four renders: a mask of the head, the scene as it is, and Cycles twice with half the samples and different seeds. The
 mean of the two is the reference; what they differ by is its grain. Every setting that is changed is put back.
+
+In the reference the films are a surface of their own above the skin wherever they can be (`film_shell`), so that light which
+enters the skin beside a film and leaves under it pays once.
 """
 
 from __future__ import annotations
@@ -11,7 +14,7 @@ import math
 import tempfile
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import bpy
@@ -24,10 +27,13 @@ from ..bake.files import read_image, write_exr, write_png
 from ..errors import MakeupError
 from ..files import write_text
 from . import compositor
+from .film_shell import FilmShell, obstacle, shell_over
 from .lamps import irradiance_at
 from .sheets import contact_sheet
 
 SAMPLES = 256
+TRANSPARENT_BOUNCES = 64
+"""Surfaces that light passes in a straight line at least: every shell is one."""
 FULL_DELTA_E, FULL_FLIP = 10.0, 0.5
 """What is drawn as the brightest colour of a difference map."""
 
@@ -57,16 +63,20 @@ class Restoring:
 
 @dataclass(frozen=True)
 class ReferenceReport:
-    """Files written, the picture's difference from the reference on the head, the reference's own grain, and the white."""
+    """Files written, the picture's difference from the reference on the head, the reference's own grain, and the white.
+
+    ``films``: how the reference draws them, in words.
+    """
 
     files: dict[str, Path]
     difference: PictureDifference
     grain: PictureDifference
     white: tuple[float, float, float]
     seconds: dict[str, float]
+    films: str = ""
 
     def __str__(self) -> str:
-        return f"{self.difference}; grain of the reference ΔE2000 {self.grain.delta_e}"
+        return f"{self.difference}; grain of the reference ΔE2000 {self.grain.delta_e}; films {self.films}"
 
     def plain(self) -> dict[str, object]:
         """As JSON takes it."""
@@ -74,6 +84,7 @@ class ReferenceReport:
             "difference": self.difference.plain(),
             "grain": self.grain.plain(),
             "white": list(self.white),
+            "films": self.films,
             "seconds": {name: round(value, 3) for name, value in self.seconds.items()},
             "files": {name: path.name for name, path in self.files.items()},
         }
@@ -98,6 +109,8 @@ class ReferenceRun:
         self.seconds: dict[str, float] = {}
         self._settings, self._started = Restoring(), 0.0
         self._rebuilt = False
+        self._shell: FilmShell | None = None
+        self.films = ""
         self._stages: list[tuple[str, Callable[[], None]]] = [
             ("mask", self._prepare_mask),
             ("picture", lambda: None),
@@ -114,6 +127,7 @@ class ReferenceRun:
     def prepare(self) -> bool:
         """Set the scene up for the next render; False when all are made."""
         self._settings.restore()
+        self._take_shell_off()
         if not self._stages:
             return False
         self.current, set_up = self._stages.pop(0)
@@ -133,6 +147,7 @@ class ReferenceRun:
     def restore(self) -> None:
         """The scene as it was."""
         self._settings.restore()
+        self._take_shell_off()
         if self._rebuilt:
             self._rebuild()
             self._rebuilt = False
@@ -153,6 +168,7 @@ class ReferenceRun:
             grain=noise_floor(first, second, averaged=True, **options),
             white=white,
             seconds=self.seconds,
+            films=self.films,
         )
         return _write(self.scene, report, picture, reference)
 
@@ -171,6 +187,17 @@ class ReferenceRun:
         node = compositor.find(self.scene)
         if node is not None and not node.mute:
             self._settings.set(node, mute=True)  # Cycles scatters light in the skin by itself
+        problem = obstacle(self.obj)
+        if problem is None:
+            bounces = max(self.scene.cycles.transparent_max_bounces, TRANSPARENT_BOUNCES)
+            self._settings.set(self.scene.cycles, transparent_max_bounces=bounces)
+            self._shell = shell_over(self.obj, self.scene)
+        self.films = "a shell above the skin" if problem is None else f"in the skin's own surface: {problem}"
+
+    def _take_shell_off(self) -> None:
+        if self._shell is not None:
+            self._shell.remove()
+            self._shell = None
 
     def _plain_cycles(self, samples: int, seed: int) -> None:
         settings, scene = self._settings, self.scene
@@ -284,7 +311,7 @@ def _write(
         if "flip" in files and report.difference.flip:
             rows.append((f"FLIP, mean {report.difference.flip.mean:.3f}, white {FULL_FLIP:g}", files["flip"]))
         contact_sheet(rows, files["comparison"], len(rows))
-    found = ReferenceReport(files, report.difference, report.grain, report.white, report.seconds)
+    found = replace(report, files=files)
     write_text(files["difference"], json.dumps(found.plain(), indent=1) + "\n")
     return found
 

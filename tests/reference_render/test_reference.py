@@ -12,6 +12,7 @@ import pytest
 
 from km_makeup.bake.files import read_image
 from km_makeup.blender import looks
+from km_makeup.blender.makeup import refresh
 from km_makeup.blender.reference import ReferenceRun, Restoring, make_reference, white_of
 from km_makeup.errors import MakeupError
 from km_makeup.makeup import Layer, Look
@@ -141,3 +142,50 @@ def test_a_head_that_is_not_in_the_picture_is_said(tmp_path: Path) -> None:
     obj.location.x = 5
     with pytest.raises(MakeupError, match="not in the picture"):
         make_reference(bpy.context.scene, obj, tmp_path / "face.png", samples=4)
+
+
+def test_films_lie_above_the_skin_in_the_reference_and_are_gone_after_it() -> None:
+    """The object wears bare skin below a shell of its films; afterwards the file is as it was."""
+    head = small_head()
+    head.data.materials.clear()
+    head.data.materials.append(scenes.skin())
+    looks.apply_look(head, Look("films", (Layer("lipstick-classic-red", 15.0), Layer("foundation-light", 5.0))))
+    before, scene = without_images(), bpy.context.scene
+    run = ReferenceRun(scene, head, samples=2)
+    try:
+        while run.prepare() and run.current != "reference":
+            bpy.ops.render.render()
+            run.collect()
+        shell = bpy.data.objects[f"{head.name} Films"]
+        assert shell.material_slots[0].material != head.material_slots[0].material
+        assert head.material_slots[0].material.node_tree != head.km_makeup.slots[0].made.node_tree
+        assert not shell.km_makeup.slots
+        corner = bpy.context.evaluated_depsgraph_get()
+        heights = [
+            (a.co - b.co).length
+            for a, b in zip(shell.evaluated_get(corner).data.vertices, head.evaluated_get(corner).data.vertices)
+        ]
+        assert heights == pytest.approx([5e-5] * len(heights), rel=1e-3)
+    finally:
+        run.restore()
+    assert run.films == "a shell above the skin"
+    assert without_images() == before
+
+
+def test_far_from_edges_the_shell_is_the_same_picture(tmp_path: Path) -> None:
+    """Skin without scattering under two films, with their highlights: the shell against the head's own material."""
+    head = small_head()
+    head.data.materials.clear()
+    material = scenes.skin()
+    scenes.principled_of(material).inputs["Subsurface Weight"].default_value = 0
+    head.data.materials.append(material)
+    looks.apply_look(head, Look("films", (Layer("lipstick-classic-red", 15.0), Layer("foundation-light", 5.0))))
+    scene = bpy.context.scene
+    with_shell = make_reference(scene, head, tmp_path / "shell.png", samples=256)
+    scenes.principled_of(material).inputs["Sheen Weight"].default_value = 1e-6  # no film has sheen: no shell
+    refresh(head, scene, anew=True)
+    without = make_reference(scene, head, tmp_path / "own.png", samples=256)
+    assert (with_shell.films, without.films[:27]) == ("a shell above the skin", "in the skin's own surface: ")
+    a, b = (read_image(one.files["reference"])[0][..., :3] for one in (with_shell, without))
+    inside = slice(8, 16)
+    assert np.abs(a[inside, inside].mean(axis=(0, 1)) / b[inside, inside].mean(axis=(0, 1)) - 1).max() < 0.05

@@ -133,6 +133,10 @@ class Colour(Socket):
         """Channel by channel, the larger of the two."""
         return self._math("MAXIMUM", other)
 
+    def minimum(self, other: Colour | Scalar | Number) -> Colour:
+        """Channel by channel, the smaller of the two."""
+        return self._math("MINIMUM", other)
+
     def sqrt(self) -> Colour:
         """Square root of each channel."""
         channels = [c.sqrt() for c in self.channels()]
