@@ -1,23 +1,30 @@
 """Diffusion in the compositor and EEVEE's own subsurface scattering, both against Cycles, on heads.
 
-    python -m tests.compositor.heads [--heads sample,lee_perry_smith] [--looks bare,day] [--views ...] [--size 240]
-        [--samples 32] [--cycles-samples 256] [--gi] [--write] [--pictures FOLDER]
+    python -m tests.compositor.heads [--heads sample,lee_perry_smith] [--looks bare,day] [--views ...] [--size 160]
+        [--samples 16] [--cycles-samples 128] [--gi] [--walk] [--write] [--pictures FOLDER] [--keep FOLDER]
 
 Views were not used for tuning; diffusion matters in most of them: hard light across the nose, an ear against the light,
 lips and nose near. Everything has the material's own subsurface radius (the compositor through `profile_of`), and the lamps
-have exact shadows. Mean CIEDE2000 and FLIP over the skin, against Cycles by Burley and by Random Walk (Skin), of which the
-difference stands beside. Seconds: EEVEE with its own subsurface, without, and the group in the compositor.
+have sharp shadows. Mean CIEDE2000 and FLIP over the skin, against Cycles by Burley and by Random Walk (Skin), of which the
+difference stands beside.
+
+Where the error comes from: what an engine's diffusion changes in its own picture is laid on Cycles' picture without
+scattering; how far that is from Cycles' picture with it is the error of diffusion alone. The engines' pictures without
+scattering differ by the lights alone; Cycles without bounces tells shadows and lamps from light between surfaces.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
+import json
 import math
 import os
 import sys
 import tempfile
 import time
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -38,6 +45,16 @@ class View:
     light: str
 
 
+@dataclass
+class Shots:
+    """What was rendered of one view: Cycles' pictures by what scatters, EEVEE's by engine and settings, the skin."""
+
+    cycles: dict[str, NDArray] = field(default_factory=dict)
+    eevee: dict[str, NDArray] = field(default_factory=dict)
+    seconds: dict[str, float] = field(default_factory=dict)
+    mask: NDArray | None = None
+
+
 VIEWS = {
     "hard nose shadow": View(15, 0, (0, 30, 0), 130, "hard"),
     "nose": View(-35, -5, (0, 15, 0), 60, "hard"),
@@ -48,12 +65,19 @@ VIEWS = {
 }
 HEADS = {"sample": "sample_blend/head.blend", "lee_perry_smith": "../shared/heads/lee_perry_smith/LeePerrySmith.obj"}
 LEE_SKIN = ROOT / "../shared/heads/lee_perry_smith/Map-COL.jpg"
+UNNEEDED = ("Cloth", "Hair", "Brows", "Lashes")
+"""What the sample head wears: most of the time that a picture takes, and none of its skin."""
+
+LAMPS = {"hard": ((-0.5, -0.5, 0.35), 8.0), "back": ((-0.35, 0.6, 0.1), 14.0)}
+"""Small lamps: place from the nose's tip in metres, watts."""
+
+PLAIN, FAST_GI = "", " + fast GI"
 GI = {
-    "": {},
-    " + ray tracing": {"use_raytracing": True, "use_fast_gi": False},
-    " + fast GI": {"use_raytracing": True, "use_fast_gi": True, "fast_gi_method": "GLOBAL_ILLUMINATION"},
-    " + occlusion only": {"use_raytracing": True, "use_fast_gi": True, "fast_gi_method": "AMBIENT_OCCLUSION_ONLY"},
+    PLAIN: {"use_raytracing": False},
+    FAST_GI: {"use_raytracing": True, "use_fast_gi": True, "fast_gi_method": "GLOBAL_ILLUMINATION"},
 }
+BURLEY, WALK, LOCAL, DIRECT = "Burley", "random walk", "no scattering", "no scattering, no bounces"
+OWN, NONE, OURS = "EEVEE's subsurface", "EEVEE without diffusion", "compositor"
 
 
 def main() -> int:
@@ -62,108 +86,228 @@ def main() -> int:
     parser.add_argument("--heads", default=",".join(HEADS), help="heads, with commas")
     parser.add_argument("--looks", default="bare,day", help="looks, with commas")
     parser.add_argument("--views", default=",".join(VIEWS), help="views, with commas")
-    parser.add_argument("--size", type=int, default=240, help="pixels of a side")
-    parser.add_argument("--samples", type=int, default=32, help="EEVEE samples")
-    parser.add_argument("--cycles-samples", type=int, default=256, help="Cycles samples")
-    parser.add_argument("--gi", action="store_true", help="also EEVEE's ray tracing and fast global illumination")
+    parser.add_argument("--size", type=int, default=160, help="pixels of a side")
+    parser.add_argument("--samples", type=int, default=16, help="EEVEE samples")
+    parser.add_argument("--cycles-samples", type=int, default=128, help="Cycles samples")
+    parser.add_argument("--gi", action="store_true", help="also EEVEE's ray tracing with fast global illumination")
+    parser.add_argument("--walk", action="store_true", help="also against Cycles by random walk, which takes longest")
     parser.add_argument("--pictures", type=Path, help="folder for the pictures of every view")
+    parser.add_argument(
+        "--keep", type=Path, help="folder for what is measured, a file per head and look, read again later"
+    )
     parser.add_argument("--write", action="store_true", help="write tests/results/diffusion_heads.md")
     options = parser.parse_args()
-    views = options.views.split(",")
     for name, known in ((options.heads, HEADS), (options.views, VIEWS)):
         unknown = [one for one in name.split(",") if one not in known]
         if unknown:
             print(f"{unknown[0]!r} is not known; use {', '.join(known)}.", file=sys.stderr)
             return 2
     os.environ.setdefault("BLENDER_USER_RESOURCES", tempfile.mkdtemp(prefix="km_makeup-"))
-    rows = []
+    rows, lights = [], []
     for head in options.heads.split(","):
         for look in options.looks.split(","):
-            for view in views:
-                rows += compare(head, look, view, options)
-                print(rows[-1], file=sys.stderr, flush=True)
-    text = report(rows, options)
+            found = _kept(head, look, options) or _measured(head, look, options)
+            rows += found["rows"]
+            lights += found["lights"]
+    text = report(rows, lights, options)
     print(text)
     if options.write:
         from tests import stamps
 
-        command = "python -m tests.compositor.heads " + " ".join(sys.argv[1:])
+        settings = f"--heads {options.heads} --looks {options.looks} --size {options.size} --samples {options.samples}"
+        flags = "".join(f" --{name}" for name in ("gi", "walk") if getattr(options, name))
+        command = (
+            f"python -m tests.compositor.heads {settings} --cycles-samples {options.cycles_samples}{flags} --write"
+        )
         stamps.write_markdown("diffusion_heads.md", "Diffusion against Cycles on heads", command, COVERS, text)
     return 0
 
 
-def report(rows: list[dict], options: argparse.Namespace) -> str:
-    """A row per head, look, view and way of rendering, and means over them."""
+def _measured(head: str, look: str, options: argparse.Namespace) -> dict[str, list[dict]]:
+    """The rows of one head in one look, kept in a file and as pictures where that is asked for."""
+    found: dict[str, list[dict]] = {"rows": [], "lights": []}
+    for view, shots in study(head, look, options).items():
+        found["rows"] += compared(head, look, view, shots)
+        found["lights"] += light_rows(head, look, view, shots)
+        if options.pictures:
+            _save(options.pictures / f"{head} {look} {view}.png", shown(shots))
+    if options.keep:
+        options.keep.mkdir(parents=True, exist_ok=True)
+        text = json.dumps({"made": _made(options), **found})
+        (options.keep / f"{head} {look}.json").write_text(text, encoding="utf-8")
+    return found
+
+
+def _kept(head: str, look: str, options: argparse.Namespace) -> dict[str, list[dict]] | None:
+    """What an earlier run measured with the same settings and code."""
+    file = options.keep / f"{head} {look}.json" if options.keep else None
+    if file is None or not file.exists():
+        return None
+    found = json.loads(file.read_text(encoding="utf-8"))
+    return found if found["made"] == _made(options) else None
+
+
+def _made(options: argparse.Namespace) -> str:
+    from tests import stamps
+
+    settings = (options.views, options.size, options.samples, options.cycles_samples, options.gi, options.walk)
+    return f"{settings} {stamps.fingerprint(COVERS)}"
+
+
+def report(rows: list[dict], lights: list[dict], options: argparse.Namespace) -> str:
+    """A row per head, look, view and way of rendering, means over them, and what the lights alone differ by."""
     lines = [
         f"{options.size}x{options.size} pixels, EEVEE {options.samples} and Cycles {options.cycles_samples} samples. "
-        "Mean ΔE2000 / FLIP over the skin.",
+        "Mean ΔE2000 / FLIP over the skin. Diffusion alone: the engine's change laid on Cycles' picture without scattering, "
+        "against Cycles Burley; the row without diffusion tells what diffusion changes at all.",
         "",
-        "| head | look | view | rendered by | against Burley | against random walk | seconds |",
-        "| --- | --- | --- | --- | --- | --- | --- |",
+        "Means over all views:",
+        "",
     ]
-    for row in rows:
-        cells = (f"{row['burley'][0]:.3f} / {row['burley'][1]:.4f}", f"{row['walk'][0]:.3f} / {row['walk'][1]:.4f}")
-        words = (row["head"], row["look"], row["view"], row["by"], *cells, f"{row['seconds']:.1f}")
-        lines.append("| " + " | ".join(words) + " |")
-    lines += ["", "Means over all views:", "", "| rendered by | against Burley | against random walk | seconds |"]
-    lines.append("| --- | --- | --- | --- |")
+    head = "| rendered by | against Burley | against random walk | diffusion alone, to Burley | worst view |"
+    lines += [head, "| --- | --- | --- | --- | --- |"]
     for by in dict.fromkeys(row["by"] for row in rows):
         chosen = [row for row in rows if row["by"] == by]
-        b, w = (np.mean([row[key] for row in chosen], axis=0) for key in ("burley", "walk"))
-        seconds = np.mean([row["seconds"] for row in chosen])
-        lines.append(f"| {by} | {b[0]:.3f} / {b[1]:.4f} | {w[0]:.3f} / {w[1]:.4f} | {seconds:.1f} |")
+        cells = [_mean([row[key] for row in chosen if key in row]) for key in (BURLEY, WALK, "alone")]
+        worst = max(chosen, key=lambda row: row[BURLEY][0])
+        cells.append(f"{worst[BURLEY][0]:.2f}, {worst['view']}")
+        lines.append(f"| {by} | " + " | ".join(cells) + " |")
+    lines += ["", "Lights alone, without scattering, ΔE2000 / FLIP:", ""]
+    lines += ["| compared | mean | worst view |", "| --- | --- | --- |"]
+    for name in dict.fromkeys(row["compared"] for row in lights):
+        chosen = [row for row in lights if row["compared"] == name]
+        worst = max(chosen, key=lambda row: row["difference"][0])
+        mean = _mean([row["difference"] for row in chosen])
+        lines.append(f"| {name} | {mean} | {worst['difference'][0]:.2f}, {worst['view']} |")
+    lines += ["", "Every view:", "", "| head | look | view" + head.replace("worst view", "seconds")]
+    lines.append("| --- | --- | --- | --- | --- | --- | --- | --- |")
+    for row in rows:
+        cells = " | ".join(_mean([row[key]] if key in row else []) for key in (BURLEY, WALK, "alone"))
+        words = (row["head"], row["look"], row["view"], row["by"], cells, f"{row['seconds']:.1f}")
+        lines.append("| " + " | ".join(words) + " |")
+    lines += ["", "| head | look | view | compared | ΔE2000 / FLIP |", "| --- | --- | --- | --- | --- |"]
+    for row in lights:
+        words = (row["head"], row["look"], row["view"], row["compared"], _mean([row["difference"]]))
+        lines.append("| " + " | ".join(words) + " |")
     return "\n".join(lines) + "\n"
 
 
-def compare(head_name: str, look: str, view: str, options: argparse.Namespace) -> list[dict]:
-    """All ways of rendering one view."""
+def _mean(differences: list[tuple[float, float]]) -> str:
+    """Mean ΔE and FLIP; a dash where nothing was compared."""
+    if not differences:
+        return "–"
+    delta_e, flip = np.mean(differences, axis=0)
+    return f"{delta_e:.3f} / {flip:.4f}"
+
+
+def study(head_name: str, look: str, options: argparse.Namespace) -> dict[str, Shots]:
+    """All views of one head in one look; materials change as seldom as can be, since EEVEE compiles them anew."""
     import bpy
 
-    from km_makeup.accuracy.pictures import compare_pictures
+    head = open_scene(head_name, look)
+    scene = bpy.context.scene
+    found = {name: Shots() for name in options.views.split(",")}
+    for name, method, weight, bounces in (
+        (BURLEY, "BURLEY", None, 12),
+        *([(WALK, "RANDOM_WALK_SKIN", None, 12)] if options.walk else []),
+        (LOCAL, "BURLEY", 0.0, 12),
+        (DIRECT, "BURLEY", 0.0, 0),
+    ):
+        set_method(head, method)
+        scene.cycles.max_bounces = bounces
+        with subsurface_weight(head, weight):
+            for view, shots in found.items():
+                show(head, VIEWS[view])
+                shots.cycles[name] = picture(scene, "CYCLES", options.size, options.cycles_samples)[0]
+        print(f"{head_name}, {look}: Cycles, {name}", file=sys.stderr, flush=True)
+    set_method(head, "BURLEY")
+    for diffuse in (_by_eevee, _in_compositor):
+        for label, settings in GI.items() if options.gi else ((PLAIN, GI[PLAIN]),):
+            for name, value in settings.items():
+                setattr(scene.eevee, name, value)
+            for view, shots in found.items():
+                show(head, VIEWS[view])
+                diffuse(head, shots, label, options)
+            print(f"{head_name}, {look}: {diffuse.__name__}{label}", file=sys.stderr, flush=True)
+    return found
+
+
+def _by_eevee(head, shots: Shots, label: str, options: argparse.Namespace) -> None:
+    import bpy
+
+    image, seconds = picture(bpy.context.scene, "BLENDER_EEVEE", options.size, options.samples)
+    shots.eevee[OWN + label], shots.seconds[OWN + label] = image, seconds
+
+
+def _in_compositor(head, shots: Shots, label: str, options: argparse.Namespace) -> None:
+    import bpy
+
     from km_makeup.blender import compositor
     from tests.compositor.evaluate import evaluate
     from tests.compositor.passes import hand_over, inputs_of
 
-    head = open_scene(head_name, look, VIEWS[view])
     scene = bpy.context.scene
-    cycles = {}
-    for name, method in (("burley", "BURLEY"), ("walk", "RANDOM_WALK_SKIN")):
-        set_method(head, method)
-        cycles[name] = picture(scene, "CYCLES", options.size, options.cycles_samples)[0]
-    set_method(head, "BURLEY")
-    found: list[tuple[str, NDArray, float]] = []
-    own, own_seconds = picture(scene, "BLENDER_EEVEE", options.size, options.samples)
-    found.append(("EEVEE's subsurface", own, own_seconds))
-    head.km_makeup.scattering = "SCREEN"
+    if head.km_makeup.scattering != "SCREEN":
+        head.km_makeup.scattering = "SCREEN"
     node = compositor.insert(scene)
-    mask = None
-    for label, settings in GI.items() if options.gi else (("", {}),):
-        for name, value in settings.items():
-            setattr(scene.eevee, name, value)
-        start = time.perf_counter()
-        frame, lens = hand_over(scene, (options.size, options.size), options.samples)
-        plain_seconds = time.perf_counter() - start
-        mask = frame.mask > 0.98
-        if not label:
-            found.append(("EEVEE without diffusion", frame.image, plain_seconds))
-        seconds = [0.0]
-        diffused = evaluate(node.node_tree, inputs_of(frame), lens, seconds=seconds)[..., :3]
-        found.append((f"compositor{label}", diffused, plain_seconds + seconds[0]))
-    found.append(("Cycles random walk", cycles["walk"], 0.0))
-    if options.pictures:
-        _save(options.pictures / f"{head_name} {look} {view}.png", [cycles["burley"], *(one for _, one, _ in found)])
+    start = time.perf_counter()
+    frame, lens = hand_over(scene, (options.size, options.size), options.samples)
+    shots.seconds[NONE + label] = time.perf_counter() - start
+    shots.mask, shots.eevee[NONE + label] = frame.mask > 0.98, frame.image
+    seconds = [0.0]
+    shots.eevee[OURS + label] = evaluate(node.node_tree, inputs_of(frame), lens, seconds=seconds)[..., :3]
+    shots.seconds[OURS + label] = shots.seconds[NONE + label] + seconds[0]
+
+
+def compared(head: str, look: str, view: str, shots: Shots) -> list[dict]:
+    """A row per way of rendering."""
     rows = []
-    for by, image, seconds in found:
-        row = {"head": head_name, "look": look, "view": view, "by": by, "seconds": seconds}
-        for name, truth in cycles.items():
-            difference = compare_pictures(image, truth, mask=mask)
-            row[name] = (difference.delta_e.mean, difference.flip.mean if difference.flip else math.nan)
-        rows.append(row)
+    local = shots.cycles[LOCAL]
+    walk = {f"Cycles {WALK}": shots.cycles[WALK]} if WALK in shots.cycles else {}
+    for by, image in {**shots.eevee, **walk}.items():
+        label = FAST_GI if by.endswith(FAST_GI) else PLAIN
+        alone = image
+        if by in shots.eevee:
+            alone = np.maximum(local + image - shots.eevee[NONE + label], 0)
+        row = {"head": head, "look": look, "view": view, "by": by, "seconds": shots.seconds.get(by, 0.0)}
+        row |= {
+            truth: difference(image, shots.cycles[truth], shots.mask)
+            for truth in (BURLEY, WALK)
+            if truth in shots.cycles
+        }
+        rows.append(row | {"alone": difference(alone, shots.cycles[BURLEY], shots.mask)})
     return rows
 
 
-def open_scene(head_name: str, look: str, view: View):
-    """The head with its look, one camera and one light set-up."""
+def light_rows(head: str, look: str, view: str, shots: Shots) -> list[dict]:
+    """What the engines' lights differ by where nothing scatters."""
+    local, direct = shots.cycles[LOCAL], shots.cycles[DIRECT]
+    pairs = [("Cycles without bounces − Cycles", direct, local)]
+    for label in (PLAIN, FAST_GI):
+        if NONE + label in shots.eevee:
+            pairs.append((f"EEVEE{label} − Cycles", shots.eevee[NONE + label], local))
+    pairs.append(("EEVEE − Cycles without bounces", shots.eevee[NONE], direct))
+    return [
+        {"head": head, "look": look, "view": view, "compared": name, "difference": difference(a, b, shots.mask)}
+        for name, a, b in pairs
+    ]
+
+
+def difference(image: NDArray, truth: NDArray, mask: NDArray | None) -> tuple[float, float]:
+    """Mean CIEDE2000 and FLIP over the skin."""
+    from km_makeup.accuracy.pictures import compare_pictures
+
+    found = compare_pictures(image, truth, mask=mask)
+    return found.delta_e.mean, found.flip.mean if found.flip else math.nan
+
+
+def shown(shots: Shots) -> list[NDArray]:
+    """Cycles and EEVEE side by side, in the order in which they were rendered."""
+    return [*shots.cycles.values(), *shots.eevee.values()]
+
+
+def open_scene(head_name: str, look: str):
+    """The head with its look, a camera, and lamps for every view."""
     import bpy
 
     from km_makeup import blender
@@ -174,56 +318,80 @@ def open_scene(head_name: str, look: str, view: View):
         blender.register()
     file = ROOT / HEADS[head_name]
     head = studio.open_head(file, LEE_SKIN if head_name == "lee_perry_smith" else None, None).object
+    for name in UNNEEDED:
+        if name in bpy.data.objects:
+            bpy.data.objects.remove(bpy.data.objects[name])
     makeup.set_up(head)
     head.km_makeup.finish = "OFF"
     if look != "bare":
         looks.apply_look(head, Look.load(ROOT / "sample_blend" / "looks" / f"{look}.json"))
-    _light(head, view.light)
-    _aim(head, view)
+    _add_lamps(head)
+    data = bpy.data.cameras.new("Study")
+    data.lens, data.sensor_width, data.clip_start = 100, 36, 0.02
+    bpy.context.scene.camera = bpy.data.objects.new("Study", data)
+    bpy.context.scene.collection.objects.link(bpy.context.scene.camera)
+    bpy.context.scene.cycles.use_denoising = False
     return head
 
 
-def _aim(head, view: View) -> None:
+def show(head, view: View) -> None:
+    """Aim the camera and light the view's lamps."""
     import bpy
     from mathutils import Vector
 
     from km_makeup.blender import studio
 
     target = studio.nose_tip(head) + Vector(view.aim) / 1000
-    data = bpy.data.cameras.new("Study")
-    data.lens, data.sensor_width, data.clip_start = 100, 36, 0.02
-    distance = view.width / 1000 * data.lens / data.sensor_width
+    camera = bpy.context.scene.camera
+    distance = view.width / 1000 * camera.data.lens / camera.data.sensor_width
     turn, rise = math.radians(view.turn), math.radians(view.rise)
     away = Vector((math.sin(turn) * math.cos(rise), -math.cos(turn) * math.cos(rise), math.sin(rise)))
-    camera = bpy.data.objects.new("Study", data)
     camera.location = target + distance * away
     camera.rotation_euler = (-away).to_track_quat("-Z", "Y").to_euler()
-    bpy.context.scene.collection.objects.link(camera)
-    bpy.context.scene.camera = camera
+    for obj in bpy.context.scene.objects:
+        if obj.type == "LIGHT":
+            obj.hide_render = obj["study"] != view.light
+    bpy.context.view_layer.update()
 
 
-def _light(head, kind: str) -> None:
-    """The file's lamps, one small hard lamp from the side, or one behind the head; exact shadows."""
+def _add_lamps(head) -> None:
+    """The file's lamps, a small hard lamp from the side, and one behind the head; sharp shadows."""
     import bpy
     from mathutils import Vector
 
     from km_makeup.blender import studio
 
-    lamps = [obj for obj in bpy.context.scene.objects if obj.type == "LIGHT"]
-    if kind == "file" and not any(not lamp.hide_render for lamp in lamps):
+    def lamps():
+        return [obj for obj in bpy.context.scene.objects if obj.type == "LIGHT"]
+
+    if not any(not lamp.hide_render for lamp in lamps()):
         studio.add_studio(head)
-    if kind != "file":
-        for lamp in lamps:
-            lamp.hide_render = True
-        place, power = {"hard": ((-0.5, -0.5, 0.35), 8.0), "back": ((-0.35, 0.6, 0.1), 14.0)}[kind]
-        data = bpy.data.lights.new("Hard", "POINT")
+    for lamp in lamps():
+        lamp["study"] = "unused" if lamp.hide_render else "file"
+    for kind, (place, power) in LAMPS.items():
+        data = bpy.data.lights.new(kind, "POINT")
         data.energy, data.shadow_soft_size = power, 0.005
-        lamp = bpy.data.objects.new("Hard", data)
-        lamp.location = studio.nose_tip(head) + Vector(place)
+        lamp = bpy.data.objects.new(kind, data)
+        lamp.location, lamp["study"] = studio.nose_tip(head) + Vector(place), kind
         bpy.context.scene.collection.objects.link(lamp)
     for data in bpy.data.lights:
-        data.shadow_maximum_resolution, data.shadow_filter_radius = 1e-5, 0
-    bpy.context.scene.cycles.use_denoising = False
+        data.shadow_maximum_resolution, data.shadow_filter_radius = 1e-4, 0
+
+
+@contextlib.contextmanager
+def subsurface_weight(head, weight: float | None) -> Iterator[None]:
+    """The skin's shaders with another weight of subsurface scattering for a while; None: as they are."""
+    kept = []
+    for entry in head.km_makeup.slots if weight is not None else ():
+        for material in (entry.original, entry.made):
+            for node in material.node_tree.nodes if material else ():
+                if node.bl_idname == "ShaderNodeBsdfPrincipled":
+                    socket = node.inputs["Subsurface Weight"]
+                    kept.append((socket, socket.default_value))
+                    socket.default_value = weight
+    yield
+    for socket, value in kept:
+        socket.default_value = value
 
 
 def set_method(head, method: str) -> None:

@@ -60,19 +60,21 @@ def table(scales: list[float], views: int, samples: int, pictures: Path | None) 
     ]
     for scale in scales:
         found: dict[bool, list[tuple[float, float, float]]] = {True: [], False: []}
-        worst = -1.0
+        light(scene, False)  # what is measured takes depth and mask alone
         for index in range(views):
             frame, lens = turned(head, scene, camera, 360 * index / views, scale, samples)
-            for aware, kept in found.items():
-                kept.append(leaks(frame, lens, scale, aware))
-            if pictures and found[True][-1][0] > worst:
-                worst = found[True][-1][0]
-                _save(pictures / f"worst {scale:g} px per mm.png", frame, lens, scale)
+            for aware, leaked in leaks(frame, lens, scale).items():
+                found[aware].append(leaked)
             print(
                 f"{scale:g} px/mm, view {index}: {found[True][-1]}, blind {found[False][-1]}",
                 file=sys.stderr,
                 flush=True,
             )
+        if pictures:
+            light(scene, True)
+            worst = int(np.argmax([one[0] for one in found[True]]))
+            frame, lens = turned(head, scene, camera, 360 * worst / views, scale, samples)
+            _save(pictures / f"worst {scale:g} px per mm.png", frame, lens, scale)
         for aware, kept in found.items():
             behind, other, wall = (np.array([one[i] for one in kept]) * 100 for i in range(3))
             name = "stop light" if aware else "ignored"
@@ -106,13 +108,20 @@ def set_up():
     node.inputs["Emission Color"].default_value, node.inputs["Emission Strength"].default_value = (1, 1, 1, 1), 4
     bpy.context.object.data.materials.append(wall)
     for data in bpy.data.lights:
-        data.shadow_maximum_resolution, data.shadow_filter_radius = 1e-5, 0
+        data.shadow_maximum_resolution, data.shadow_filter_radius = 1e-4, 0
     camera = bpy.data.objects.new("Turntable", bpy.data.cameras.new("Turntable"))
     camera.data.clip_start = 0.05
     scene.collection.objects.link(camera)
     scene.camera = camera
     compositor.insert(scene)
     return head, scene, camera
+
+
+def light(scene, on: bool) -> None:
+    """The lamps that the file renders, on or off."""
+    for obj in scene.objects:
+        if obj.type == "LIGHT":
+            obj.hide_render = not on
 
 
 def turned(head, scene, camera, degrees: float, scale: float, samples: int):
@@ -133,30 +142,31 @@ def turned(head, scene, camera, degrees: float, scale: float, samples: int):
     return hand_over(scene, (pixels, pixels), samples)
 
 
-def leaks(frame, lens: dict[str, float], scale: float, aware: bool) -> tuple[float, float, float]:
-    """The three figures of a frame, as shares of the light."""
-    from km_makeup.optics.diffusion import SKIN
+def leaks(frame, lens: dict[str, float], scale: float) -> dict[bool, tuple[float, float, float]]:
+    """The three figures of a frame, as shares of the light, aware of depth and blind."""
+    from km_makeup.optics.diffusion import SKIN, GaussianProfile
     from tests.compositor import replica
 
-    width = frame.mask.shape[1]
-    optics = replica.Lens(lens["Focal"] * width, mm=lens["Millimetre"])
-
-    def arrives(light: NDArray) -> NDArray:
-        white = np.repeat(light[..., None], 3, axis=2)
-        one = np.ones_like(white)
-        probe = replace(frame, image=0 * white, light=white, colour=one, share=frame.mask[..., None] * one)
-        # Without light of its own a pixel's change is what arrives there.
-        return replica.diffuse(probe, optics, SKIN, max(4.0, scale), aware)["change"][..., 0]
-
-    found = replica.diffuse(frame, optics, SKIN, max(4.0, scale), True)
+    optics = replica.Lens(lens["Focal"] * frame.mask.shape[1], mm=lens["Millimetre"])
     skin = frame.mask > 0.98
-    near, far = strips(found["wall_x"], found["wall_y"], frame.depth, skin, max(2, int(3 * scale)))
-    behind = float(arrives(near.astype(float))[far & ~near].mean()) if (far & ~near).any() else 0.0
-    near_head = skin & (frame.depth < DISTANCE + 0.1)
-    far_head = skin & (frame.depth > DISTANCE + 0.16)
-    other = float(arrives(near_head.astype(float))[far_head].max()) if far_head.any() and near_head.any() else 0.0
-    wall = float(arrives((frame.mask < 0.02).astype(float))[skin].max()) if skin.any() else 0.0
-    return behind, other, wall
+    near, far = strips(*replica.steps_of(frame, optics), frame.depth, skin, max(2, int(3 * scale)))
+    behind = far & ~near
+    near_head, far_head = skin & (frame.depth < DISTANCE + 0.1), skin & (frame.depth > DISTANCE + 0.16)
+    # Three lights at once, one a channel; each spreads as red does, the widest. Without light of its own a pixel's
+    # change is what arrives there.
+    light = np.stack([near, near_head, frame.mask < 0.02], axis=-1).astype(float)
+    one = np.ones_like(light)
+    probe = replace(frame, image=0 * light, light=light, colour=one, share=frame.mask[..., None] * one)
+    red = GaussianProfile(SKIN.variances, np.repeat(SKIN.weights[:, :1], 3, axis=1))
+    found = {}
+    for aware in (True, False):
+        change = replica.diffuse(probe, optics, red, max(4.0, scale), aware)["change"]
+        found[aware] = (
+            float(change[behind, 0].mean()) if behind.any() else 0.0,
+            float(change[far_head, 1].max()) if far_head.any() and near_head.any() else 0.0,
+            float(change[skin, 2].max()) if skin.any() else 0.0,
+        )
+    return found
 
 
 def strips(wall_x: NDArray, wall_y: NDArray, depth: NDArray, skin: NDArray, length: int) -> tuple[NDArray, NDArray]:
