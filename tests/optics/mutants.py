@@ -3,8 +3,8 @@
     python tests/optics/mutants.py COPY/mutants RESULTS [--modules films fitting] [--children 2]
 
 `tests.optics.mutation` starts it. Python, numpy and pytest start and collect once; a fork is a mutant, which runs the
-fast tests of its module that reach its function, the fastest first, until one fails; with --again the slow tests and
-those of the other modules too. Processor time and memory of a fork are bounded, so that an
+fast tests of its module that reach its function, first those that killed most mutants for their time, until one fails; with
+--again the slow tests and those of the other modules too. Processor time and memory of a fork are bounded, so that an
 endless loop is a kill and the machine stays usable. RESULTS gains a line per mutant (name, killed, survived or timeout);
 what is in it already is not run again, so a run may be stopped and resumed; the last line of a mutant counts. The order is
 shuffled by a fixed seed, so that what a stopped run has done is a random sample.
@@ -20,6 +20,7 @@ import random
 import resource
 import sys
 import time
+from collections import Counter
 from pathlib import Path
 
 import hypothesis
@@ -30,8 +31,11 @@ OWN_TESTS = {
     "arrays": ("odd_input", "films"),
     "sensitivity": ("inversion", "fitting"),
 }
+"""The tests of modules that have none of their name."""
 MEMORY = 4 << 30
-FAST = 0.3
+FAST = 0.6
+MANY = 250
+"""The exit status of a fork whose test is the 250th or a later one, or none."""
 SEED = 20130501
 
 
@@ -42,6 +46,7 @@ class Forks:
         self.mutants, self.results, self.children, self.everything = mutants, results, children, everything
         self.reached: dict[str, list[pytest.Item]] = {}
         self.seconds: dict[pytest.Item, float] = {}
+        self.kills: Counter[pytest.Item] = Counter()
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
@@ -49,15 +54,16 @@ class Forks:
         self.measure(session.items)
         gc.freeze()  # a fork that collects would copy all of the memory
         gc.disable()
-        running: dict[int, str] = {}
+        running: dict[int, tuple[str, list[pytest.Item]]] = {}
         with self.results.open("a") as out:
             for done, name in enumerate(self.mutants):
                 while len(running) >= self.children:
                     self.reap(running, out)
+                tests = self.tests_of(name)
                 pid = os.fork()
                 if pid == 0:
-                    self.child(name)
-                running[pid] = name
+                    self.child(name, tests)
+                running[pid] = name, tests
                 if done % 50 == 0:
                     print(f"{time.strftime('%H:%M:%S')} {done} of {len(self.mutants)}", flush=True)
             while running:
@@ -87,15 +93,16 @@ class Forks:
     def tests_of(self, name: str) -> list[pytest.Item]:
         """The tests that reach a mutant's function, the fast ones of its own module first."""
         module = name.split(".")[2]
-        own = tuple(f"test_{part}.py" for part in OWN_TESTS.get(module, (module,)))
+        own = own_tests(module)
         reached = self.reached.get(name.rpartition("__mutmut_")[0], [])
         near = {item: item.path.name in own and self.seconds[item] < FAST for item in reached}
         chosen = [item for item in reached if near[item] or self.everything]
-        return sorted(chosen, key=lambda item: (not near[item], self.seconds[item]))
+        return sorted(
+            chosen, key=lambda item: (not near[item], (self.seconds[item] + 0.005) / (self.kills[item] + 0.3))
+        )
 
-    def child(self, name: str) -> None:
-        """Run the tests of a mutant and leave with 1 where one fails."""
-        tests = self.tests_of(name)
+    def child(self, name: str, tests: list[pytest.Item]) -> None:
+        """Run the tests of a mutant and leave with the number of the first that fails, 0 where none does."""
         limit = int(5 + 8 * sum(self.seconds[item] for item in tests))
         resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 1))
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
@@ -104,18 +111,25 @@ class Forks:
         os.dup2(silent, 2)
         os.environ["MUTANT_UNDER_TEST"] = name
         try:
-            code = 0 if all(passes(item) for item in tests) else 1
+            code = next((min(number, MANY) for number, item in enumerate(tests, 1) if not passes(item)), 0)
         except BaseException:  # noqa: BLE001 what a mutant makes of pytest itself is a kill
-            code = 1
+            code = MANY
         os._exit(code)
 
-    @staticmethod
-    def reap(running: dict[int, str], out) -> None:
+    def reap(self, running: dict[int, tuple[str, list[pytest.Item]]], out) -> None:
         """Wait for one fork and write what became of it."""
         pid, status = os.waitpid(-1, 0)
         code = os.waitstatus_to_exitcode(status)
-        out.write(f"{running.pop(pid)}\t{'survived' if code == 0 else 'killed' if code == 1 else 'timeout'}\n")
+        name, tests = running.pop(pid)
+        if 0 < code < MANY:
+            self.kills[tests[code - 1]] += 1
+        out.write(f"{name}\t{'survived' if code == 0 else 'killed' if code > 0 else 'timeout'}\n")
         out.flush()
+
+
+def own_tests(module: str) -> tuple[str, ...]:
+    """The files of a module's own tests."""
+    return tuple(f"test_{part}.py" for part in (*OWN_TESTS.get(module, (module,)), "refusals"))
 
 
 def passes(item: pytest.Item) -> bool:
@@ -150,7 +164,7 @@ def main() -> int:
     if arguments.again:
         names = again
     modules = {name.split(".")[2] for name in names}
-    files = {f"tests/optics/test_{part}.py" for module in modules for part in OWN_TESTS.get(module, (module,))}
+    files = {f"tests/optics/{file}" for module in modules for file in own_tests(module)}
     plain = ["-q", "-s", "-p", "no:cacheprovider", "-p", "no:timeout", "--import-mode=importlib"]
     return int(
         pytest.main(

@@ -3,6 +3,39 @@
 from __future__ import annotations
 
 EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
+    ("", r"axis=\+1", "Equivalent: of two axes the last is the second."),
+    (
+        "powder.x__coarse",
+        r"common_shape\(\*fields, \*shares\)",
+        "Equivalent: a backing that does not fit is refused by `over`, in the same words.",
+    ),
+    ("arrays.x__real", r"XXfiubXX", "Equivalent: numpy has no kind of dtype called X."),
+    (
+        "arrays.x_(doubles|floats)",
+        r"copy=|float64, \)",
+        "Equivalent: only whether an array is copied that nobody writes to.",
+    ),
+    (
+        "arrays.x_in_blocks",
+        r"inputs\[1\]|block\[1\]",
+        "Equivalent: all inputs have one dtype, and all parts of a block one length.",
+    ),
+    (
+        "arrays.x_in_blocks",
+        r"flags|op_dtypes",
+        "Equivalent: what numpy does by itself where inputs have one dtype and results are to be allocated.",
+    ),
+    (
+        "fitting.x__scaled_to_noise",
+        r"max\(freedom, ",
+        "Equivalent: a prior needs three wavelengths, so the freedom is 3 or more.",
+    ),
+    ("fitting.x__prepare", r"R_g\[1\]|X\[1\]", "Equivalent: all are alike where all are like any one of them."),
+    (
+        "fitting.x__minimise",
+        r"damping|_DAMPING|/ 8|\* 4|_ROUNDS|rounds|settled|moved|break|better|longest|1\.7|0\.6",
+        "The way of the descent, not its end: the minimum found is the same.",
+    ),
     ("powder.x_powder_difference", r"Rg, None", "Equivalent: what is not FINE is COARSE."),
     ("powder.x__coarse", r"fractions, None", "Equivalent: the backing gives no other dtype than the fractions have."),
     ("", r"strict=(True|None|False)|zip\(", "Equivalent: the lengths are checked before."),
@@ -13,7 +46,7 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
     ),
     (
         "",
-        r"np\.where\((bad|None), (1|2|None), X\)|np\.where\((bad|None|hidden),",
+        r"np\.where\((bad|None), (1|2|None), X\)|(K|S|R|R_g|X|gap|contrast|R_0|T|values|inner).*np\.where\((bad|None|hidden),",
         "Equivalent or masked: stands in where the reading is refused; K, S and status are set there in any case.",
     ),
     (

@@ -162,6 +162,23 @@ def test_the_surest_reading_tells_how_much_at_least_an_opaque_film_hides() -> No
     np.testing.assert_allclose([thin.K, thin.S], [K, S], rtol=1e-6)
 
 
+def test_a_backing_that_reads_darker_than_the_surface_is_black() -> None:
+    """Less than the surface's own first reflection: a rounding or noise of the instrument, and no light from below."""
+    K, S = products(5)
+    films, black = np.array([0.02, 0.1, np.inf]), np.full((3, 1), AIR.k1)
+    R = readings(K, S, films, black)
+    fit, darker = (invert_films(R, g, films, interface=AIR, noise=1e-6) for g in (black, black - 0.02))
+    np.testing.assert_array_equal(darker.K, fit.K)
+    np.testing.assert_allclose(fit.K, K, rtol=1e-6)
+
+
+def test_readings_without_noise_are_taken() -> None:
+    K, S, R_g = np.array([5.0]), np.array([20.0]), np.array([[0.05], [0.9]])
+    fit = invert_films(readings(K, S, [0.05, 0.05], R_g, None), R_g, [0.05, 0.05], noise=0.0)
+    assert fit.status[0] == Status.OK
+    np.testing.assert_allclose([fit.K, fit.S], [K, S], rtol=1e-12)
+
+
 def test_films_all_alike_tell_nothing() -> None:
     """As two backings alike in the closed form; films of one thickness on two backings, or of two on one, are not alike."""
     K, S, R_g = np.array([5.0]), np.array([20.0]), np.array([[0.1], [0.1]])
