@@ -77,7 +77,10 @@ def _ball(radius: float, bulge: float, front: float = -1.0) -> tuple[np.ndarray,
 
 
 def eyes(image: bpy.types.Image, half: Half) -> None:
-    """Two eyeballs with a painted iris in a shallow dish, each under a clear cornea, with caruncle and tear line."""
+    """Two eyeballs with a painted iris in a shallow dish, each under a clear cornea, with caruncle and tear line.
+
+    What is clear casts no shadow: EEVEE would draw all shadow maps anew for every sample, three times the time.
+    """
     ball, clear, tears = materials.eye(image), materials.wet(), materials.wet("Tears", 0.06)
     corner = materials.plain("Caruncle", (0.55, 0.25, 0.20), 0.25, 0.5)
     lump, lump_faces, _ = _ball(1.0, 0.0)
@@ -86,7 +89,9 @@ def eyes(image: bpy.types.Image, half: Half) -> None:
         at = (anatomy.CANTHUS_INNER + [1.9, -0.3, -1.9]) * [side, 1, 1]
         mesh_object(f"Caruncle.{letter}", metres(at + lump * [2.2, 1.5, 1.5]), lump_faces).data.materials.append(corner)
         faces = meniscus_faces if side > 0 else [f[::-1] for f in meniscus_faces]
-        mesh_object(f"Tears.{letter}", metres(meniscus * [side, 1, 1]), faces).data.materials.append(tears)
+        wet = mesh_object(f"Tears.{letter}", metres(meniscus * [side, 1, 1]), faces)
+        wet.data.materials.append(tears)
+        wet.visible_shadow = False
         centre = anatomy.EYE_CENTRE * [side, 1, 1]
         turn = np.array([[1, 0, -0.012 * side], [0, 1, 0], [0.012 * side, 0, 1]])  # a look at a camera before the face
         for name, radius, bulge, material in (
@@ -97,6 +102,7 @@ def eyes(image: bpy.types.Image, half: Half) -> None:
             made = mesh_object(f"{name}.{letter}", metres(points @ turn.T), faces, uv)
             made.location = metres(centre)
             made.data.materials.append(material)
+            made.visible_shadow = material is not clear
 
 
 def _tear_line(half: Half, radius: float = 0.42, around: int = 8) -> tuple[np.ndarray, list]:
@@ -266,7 +272,13 @@ def opening() -> None:
                 if space.type == "VIEW_3D":
                     space.region_3d.view_perspective = "CAMERA"
                     space.shading.type = "MATERIAL"
-                    space.overlay.show_relationship_lines = False
+                    _clear(space.overlay)
+
+
+def _clear(overlay: bpy.types.View3DOverlay) -> None:
+    """No lines of lamps and cameras, no floor, axes or cursor over the head."""
+    for name in ("extras", "floor", "axis_x", "axis_y", "cursor", "relationship_lines"):
+        setattr(overlay, f"show_{name}", False)
 
 
 def save(path: Path) -> None:
