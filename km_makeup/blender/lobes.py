@@ -151,7 +151,11 @@ def _coat_lobe(tree: Tree, node: bpy.types.Node, lobes: Sequence[_Lobe]) -> None
 
 
 def _copies(tree: Tree, node: bpy.types.Node, lobes: Sequence[_Lobe]) -> list[bpy.types.Node]:
-    """A copy of the shader for each finish, mixed one after the other by their weights."""
+    """A copy of the shader for each finish, mixed one after the other by their weights.
+
+    Cycles counts twelve closures for each Principled and warns "Maximum number of closures exceeded: 144 > 64" of a
+    material with all finishes. A copy on skin keeps two to four, so nothing is dropped (tests/highlights/test_closures).
+    """
     targets = [link.to_socket for link in node.outputs[0].links]
     full = _full_f0(tree, node)
     shaders = [node, *(copy_node(node) for _ in lobes[1:])]
