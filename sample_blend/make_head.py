@@ -1,6 +1,7 @@
 """Make the sample head: ``sample_blend/head.blend``, its cosmetic maps and looks.
 
     .venv/bin/python sample_blend/make_head.py [--out FOLDER] [--quick] [--skin light|medium|deep]
+    .venv/bin/python sample_blend/make_head.py --check      whether head.blend and the maps are what the script makes
 
 Run with bpy 5.0.1, so that Blender 5.0 and 5.2 both open the file. Needs NumPy, SciPy, Pillow and colour-science, and
 ../shared/spectra/chromophores. The same contents every time.
@@ -28,9 +29,18 @@ def main() -> int:
     parser.add_argument(
         "--skin", choices=("light", "medium", "deep"), default="light", help="the skin's melanin (default: light)"
     )
+    parser.add_argument("--check", action="store_true", help="make it elsewhere and compare; exit code 1 if it differs")
     arguments = parser.parse_args()
     os.environ.setdefault("BLENDER_USER_RESOURCES", tempfile.mkdtemp(prefix="km-makeup-"))
     sys.path.insert(0, str(HERE))
+    if arguments.check:
+        return check(arguments)
+    make(arguments)
+    return 0
+
+
+def make(arguments: argparse.Namespace) -> None:
+    """Build the scene in the open Blender and save it, with looks and maps, in the folder."""
     from head import atlas, ear, maps, mesh, scene, textures
 
     start = time.perf_counter()
@@ -73,7 +83,31 @@ def main() -> int:
         scene.opening()
         scene.save(arguments.out.resolve() / "head.blend")
     say(f"wrote {arguments.out / 'head.blend'}")
-    return 0
+
+
+def check(arguments: argparse.Namespace) -> int:
+    """Make everything in a temporary folder; the exit code tells whether head.blend and the maps hold the same."""
+    import bpy
+    from head.contents import contents, differences
+    from PIL import Image, ImageChops
+
+    with tempfile.TemporaryDirectory() as folder:
+        arguments.out = Path(folder)
+        make(arguments)
+        bpy.ops.wm.open_mainfile(filepath=str(arguments.out / "head.blend"))
+        made = contents()
+        bpy.ops.wm.open_mainfile(filepath=str(HERE / "head.blend"))
+        stored = contents()
+        different = differences(made, stored)
+        for path in sorted((arguments.out / "looks").rglob("*.png")):
+            other = HERE / path.relative_to(arguments.out)
+            if not other.exists() or ImageChops.difference(Image.open(other), Image.open(path)).getbbox():
+                different.append(str(path.relative_to(arguments.out)))
+    size = (HERE / "head.blend").stat().st_size / 1e6
+    print(
+        f"{len(made)} data-blocks, {len(different)} differ: {', '.join(different) or 'none'}; {size:.1f} MB committed"
+    )
+    return int(bool(different))
 
 
 if __name__ == "__main__":

@@ -138,12 +138,12 @@ def write_look(found, look: Path, folder: Path) -> Path:
     return folder / look.name
 
 
-def write_rgb(found, path: Path) -> Path:
+def write_rgb(found, path: Path, size: int = 1024) -> Path:
     """Foundation, blush and lips of another head, as the channels of one PNG."""
     from PIL import Image
 
     names = ("foundation", "blush", "lips")
-    write_maps(found, names, path.parent)
+    write_maps(found, names, path.parent, size)
     Image.merge("RGB", [Image.open(path.parent / f"{name}.png") for name in names]).save(path)
     return path
 

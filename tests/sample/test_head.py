@@ -194,3 +194,45 @@ def test_every_shipped_product_has_its_place_on_the_sheet():
     for product in Library.shipped().products:
         name, thickness = paper.SHEET_MAPS[product.id.split("-")[0]]
         assert (SAMPLE / "looks" / "maps" / f"{name}.png").exists() and thickness > 0
+
+
+def test_the_committed_blend_holds_the_objects_materials_and_lights_that_the_script_makes(blend, half, whole, tmp_path):
+    """All but the pictures, which have their own tests; `make_head.py --check` compares everything."""
+    from head import contents, scene
+
+    blend.ops.wm.open_mainfile(filepath=str(SAMPLE / "head.blend"))
+    stored = contents.contents(pictures=False)
+    blend.ops.wm.read_factory_settings(use_empty=True)
+    dot = np.zeros((4, 4, 3), np.uint8)
+    scene.head(
+        whole,
+        scene.picture("skin-albedo", dot, tmp_path),
+        scene.picture("skin-detail", dot, tmp_path, colour=False),
+    )
+    scene.eyes(scene.picture("eye", dot, tmp_path), half)
+    scene.hair(half)
+    scene.lights()
+    scene.cameras()
+    scene.settings()
+    made = contents.contents(pictures=False)
+    assert len(made) > 50
+    assert contents.differences(made, stored) == []
+    blend.data.lights["Key"].energy *= 1.01
+    blend.data.objects["Cornea.L"].visible_shadow = True
+    blend.data.materials["Skin"].node_tree.nodes["Principled BSDF"].inputs["Roughness"].default_value = 0.4
+    blend.data.meshes["Brows"].vertices[7].co.x += 1e-4
+    changed = ["lights/Key", "materials/Skin", "meshes/Brows", "objects/Cornea.L"]
+    assert contents.differences(contents.contents(pictures=False), made) == changed
+    blend.ops.wm.open_mainfile(filepath=str(SAMPLE / "head.blend"))
+
+
+def test_maps_for_another_head_lie_where_the_sample_has_them(blend, tmp_path):
+    """The way of `sample_blend/others.py`, with the sample's own head as the other one."""
+    import others
+
+    image = pytest.importorskip("PIL.Image")
+    found = np.asarray(image.open(others.write_rgb(blend.data.objects["Head"], tmp_path / "rgb.png", size=256)), float)
+    assert found.shape == (256, 256, 3)
+    for channel, name in enumerate(("foundation", "blush", "lips")):
+        drawn = np.asarray(image.open(SAMPLE / "looks" / "maps" / f"{name}.png").resize((256, 256)), float)
+        assert np.corrcoef(drawn.ravel(), found[..., channel].ravel())[0, 1] > 0.7, name
