@@ -1,8 +1,9 @@
 """Six pictures for a blind comparison: our head, Lee Perry-Smith's and MakeHuman's, bare and made up, in random order.
 
-    .venv/bin/python sample_blend/blind.py --out FOLDER [--size 480x600] [--samples 24] [--engine cycles|eevee]
+    .venv/bin/python sample_blend/blind.py --out FOLDER [--size 480x600] [--samples 24] [--engine cycles|eevee] [--key FILE]
 
-Same lights, camera and look. The pictures are a.png to f.png; FOLDER-key.json beside that folder says which is which.
+Same lights, camera and look. The pictures are a.png to f.png; FOLDER-key.json beside that folder, or FILE, says which
+is which.
 Needs ../shared/heads.
 """
 
@@ -30,6 +31,7 @@ def main() -> int:
     parser.add_argument("--engine", choices=("cycles", "eevee"), default="cycles")
     parser.add_argument("--view", default="three-quarter", help="camera (default: three-quarter)")
     parser.add_argument("--look", default="evening", help="look of the made-up pictures (default: evening)")
+    parser.add_argument("--key", type=Path, help="file that says which is which (default: FOLDER-key.json)")
     parser.add_argument("--seed", type=int, help="of the order; by default a new one each time")
     options = parser.parse_args()
     import bpy
@@ -73,8 +75,9 @@ def main() -> int:
                 seconds = rendering.render(bpy.context.scene, shot)
                 key[f"{name}.png"] = f"{label}, {state}"
                 print(f"{name}.png in {seconds:.0f} s", flush=True)
-    (out.parent / f"{out.name}-key.json").write_text(json.dumps(dict(sorted(key.items())), indent=2) + "\n")
-    print(f"six pictures in {out}; the key is {out.name}-key.json beside that folder")
+    answers = options.key or out.parent / f"{out.name}-key.json"
+    answers.write_text(json.dumps(dict(sorted(key.items())), indent=2) + "\n")
+    print(f"six pictures in {out}; the key is {answers}")
     return 0
 
 
