@@ -22,6 +22,7 @@ from .errors import MakeupError
 from .jobs import BakeJob, ExportJob, HeadJob, RenderJob
 
 if TYPE_CHECKING:
+    from .accuracy.commands import SceneLadders, SceneRequest
     from .makeup import Look
 
 OK, BROKEN, BAD_INPUT, PARTIAL = 0, 1, 2, 3
@@ -56,8 +57,16 @@ def parser() -> argparse.ArgumentParser:
     from .products.commands import add_products_command
 
     add_products_command(commands)
-    add_accuracy_command(commands)
+    add_accuracy_command(commands, _open_scene)
     return top
+
+
+def _open_scene(request: SceneRequest) -> SceneLadders:
+    """The ladders of pictures, which Blender makes."""
+    with _blender_aside():
+        from .blender.measuring import open_scene
+
+        return replace(open_scene(request), aside=_blender_aside)
 
 
 def _command(commands: Any, name: str, about: str, run: Callable[[argparse.Namespace], int]) -> argparse.ArgumentParser:

@@ -6,6 +6,7 @@ import argparse
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,23 +27,25 @@ Factories = Mapping[str, Callable[[], Ladder]]
 
 @dataclass(frozen=True)
 class SceneRequest:
-    """The head whose pictures are measured: file, look or empty, camera or empty, size in pixels, samples of the reference."""
+    """The head whose pictures are measured: file, look or empty, camera or empty, size in pixels, samples of the reference and of a frame."""
 
     head: Path
     look: Path | None
     view: str
     size: tuple[int, int]
     reference_samples: int
-    quick: bool
+    samples: int
 
 
 @dataclass(frozen=True)
 class SceneLadders:
-    """Ladders of pictures by name, and the settings in force of the head they are of."""
+    """Ladders of pictures by name, the settings in force of the head they are of, and a context that keeps Blender's own
+    lines out of the results."""
 
     ladders: Factories
     current: Sequence[str]
     about: Mapping[str, str]
+    aside: Callable[[], AbstractContextManager[object]] = nullcontext
 
 
 OpenScene = Callable[[SceneRequest], SceneLadders]
@@ -95,6 +98,7 @@ def add_accuracy_command(commands: Any, open_scene: OpenScene | None = None) -> 
         metavar="SAMPLES",
         help="samples of the pictures' reference (default: 512)",
     )
+    sub.add_argument("--samples", type=int, default=16, help="samples of a frame (default: 16)")
     sub.add_argument(
         "--ladder", action="append", default=[],
         help=f"{', '.join(ladders())}; of a head also {', '.join(PICTURE_LADDERS)}; may be given again (default: all)",
@@ -122,13 +126,14 @@ def run_accuracy(options: argparse.Namespace) -> int:
     runs = QUICK_RUNS if options.quick else RUNS
     results: list[Result] = []
     stopped, agreed = False, True
+    aside = scene.aside if scene else nullcontext
     for name in options.ladder or list(known):
-        stopped = not _measured(known[name], runs, results)
+        stopped = not _measured(known[name], runs, results, aside)
         if not options.json and results:
             print(table(results[-1]) + "\n", flush=True)
         if options.repeat and not stopped:
             again: list[Result] = []
-            stopped = not _measured(known[name], runs, again)
+            stopped = not _measured(known[name], runs, again, aside)
             if not stopped:
                 found = agreement(results[-1], again[-1])
                 agreed &= found.holds
@@ -168,9 +173,11 @@ def _known(options: argparse.Namespace) -> tuple[dict[str, Callable[[], Ladder]]
         raise MakeupError(
             "Pictures are measured in Blender; run this with the bpy module or as blender --command km_makeup."
         )
+    if not 1 <= options.samples <= 1 << 16:
+        raise MakeupError(f"--samples {options.samples}: give 1 or more samples a pixel.")
     samples = max(2, options.reference // (4 if options.quick else 1))
     scene = options.open_scene(
-        SceneRequest(options.head, options.look, options.view, (int(width), int(height)), samples, options.quick)
+        SceneRequest(options.head, options.look, options.view, (int(width), int(height)), samples, options.samples)
     )
     return {**numeric, **scene.ladders}, scene
 
@@ -187,15 +194,17 @@ def _write(results: Sequence[Result], out: Path, scene: SceneLadders | None) -> 
     return made
 
 
-def _measured(build: Callable[[], Ladder], runs: int, results: list[Result]) -> bool:
+def _measured(
+    build: Callable[[], Ladder], runs: int, results: list[Result], aside: Callable[[], AbstractContextManager[object]]
+) -> bool:
     """Measure a ladder and append its result; False where it was stopped, with what was measured by then."""
     try:
         ladder = build()
         results.append(Result(ladder))
-        steps, start = measure(ladder, runs, results[-1]), time.monotonic()
-        tell = _Progress(start)
-        for done, total, what in steps:
-            tell(done, total, what)
+        tell = _Progress(time.monotonic())
+        with aside():
+            for done, total, what in measure(ladder, runs, results[-1]):
+                tell(done, total, what)
         tell.end()
     except KeyboardInterrupt:
         if results and not results[-1].rungs:

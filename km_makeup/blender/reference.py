@@ -16,6 +16,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import bpy
 import numpy as np
@@ -53,6 +54,11 @@ class Restoring:
             self._kept.setdefault((owner.as_pointer(), name), (owner, name, getattr(owner, name)))
         for name, value in values.items():
             setattr(owner, name, value)
+
+    def before(self, owner: bpy.types.bpy_struct, name: str) -> Any:
+        """What a property was before the first change."""
+        kept = self._kept.get((owner.as_pointer(), name))
+        return kept[2] if kept else getattr(owner, name)
 
     def restore(self) -> None:
         """Everything as it was."""
@@ -93,10 +99,13 @@ class ReferenceReport:
 class ReferenceRun:
     """The renders of a reference, one after the other: `prepare`, render, `collect`, until `prepare` says there is none.
 
+    Without ``picture`` the scene as it is is not rendered, and there is nothing to `write`.
     ``restore`` must be called whatever happens. Raises MakeupError where there is nothing to compare with.
     """
 
-    def __init__(self, scene: bpy.types.Scene, obj: bpy.types.Object, samples: int = SAMPLES, seed: int = 0) -> None:
+    def __init__(
+        self, scene: bpy.types.Scene, obj: bpy.types.Object, samples: int = SAMPLES, seed: int = 0, picture: bool = True
+    ) -> None:
         engine: str = scene.render.engine
         if engine == "CYCLES":
             raise MakeupError(
@@ -113,7 +122,7 @@ class ReferenceRun:
         self.films = ""
         self._stages: list[tuple[str, Callable[[], None]]] = [
             ("mask", self._prepare_mask),
-            ("picture", lambda: None),
+            *([("picture", lambda: None)] if picture else []),
             ("reference", lambda: self._prepare_cycles(seed)),
             ("again", lambda: self._prepare_cycles(seed + 1)),
         ]
@@ -138,7 +147,7 @@ class ReferenceRun:
     def collect(self) -> None:
         """Take the picture that was just rendered."""
         self.seconds[self.current] = time.perf_counter() - self._started
-        self.pictures[self.current] = _rendered(self.scene)
+        self.pictures[self.current] = rendered(self.scene)
         if self.current == "mask" and self.pictures["mask"][..., 3].max() <= 0.5:
             raise MakeupError(
                 f"{self.obj.name!r} is not in the picture of the camera {self.scene.camera.name!r}; aim it at the head."
@@ -274,7 +283,7 @@ def _towards(lamp: bpy.types.Object, place: Vector) -> Vector:
     return (lamp.matrix_world.translation - place).normalized()
 
 
-def _rendered(scene: bpy.types.Scene) -> NDArray[np.float32]:
+def rendered(scene: bpy.types.Scene) -> NDArray[np.float32]:
     """The picture that was just rendered, linear, (height, width, 4), top row first."""
     settings = Restoring()
     target = scene.render.image_settings
@@ -300,8 +309,8 @@ def _write(
         write_png(files["flip"], map_colours(report.difference.flip_map, FULL_FLIP)[::-1])
     with tempfile.TemporaryDirectory(prefix="km-reference-") as folder:
         shown = {name: Path(folder) / f"{name}.png" for name in ("picture", "reference")}
-        _as_seen(scene, picture, shown["picture"])
-        _as_seen(scene, reference, shown["reference"])
+        as_seen(scene, picture, shown["picture"])
+        as_seen(scene, reference, shown["reference"])
         mean = report.difference.delta_e.mean
         rows = [
             ("Picture", shown["picture"]),
@@ -316,7 +325,7 @@ def _write(
     return found
 
 
-def _as_seen(scene: bpy.types.Scene, pixels: NDArray[np.float32], file: Path) -> None:
+def as_seen(scene: bpy.types.Scene, pixels: NDArray[np.float32], file: Path) -> None:
     """A PNG of linear pixels under the scene's view settings."""
     height, width = pixels.shape[:2]
     image = bpy.data.images.new("KM Reference", width, height, alpha=False, float_buffer=True)

@@ -21,6 +21,7 @@ correction factor, and steps as barriers in place of their depth weights.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import bpy
 import numpy as np
@@ -56,8 +57,12 @@ LENS = {
 """Inputs that drivers feed from the camera and the scene."""
 
 
-def diffusion_group(profile: GaussianProfile, pixels_per_mm: float, aware: bool = True) -> bpy.types.NodeTree:
+def diffusion_group(
+    profile: GaussianProfile, pixels_per_mm: float, aware: bool = True, slope: bool = True
+) -> bpy.types.NodeTree:
     """The group for one profile (mm^2, three channels), for pictures of up to so many pixels per mm of skin.
+
+    Without ``slope`` a pixel is as long as its footprint at its depth, as if all skin faced the camera.
 
     In larger ones the widest Gaussians end early beside steps and the narrowest ones show their taps.
     """
@@ -74,6 +79,8 @@ def diffusion_group(profile: GaussianProfile, pixels_per_mm: float, aware: bool 
         root = (colour * share / mask.maximum(1e-4)).maximum(0.0).sqrt()
         entering = light * root
         along = surface(tree, depth, inside, lens)
+        if not slope:
+            along = (_facing(tree, along[0]), _facing(tree, along[1]))
         giving = inside
         free: tuple[Clearance | None, Clearance | None] = (None, None)
         if aware:
@@ -86,8 +93,20 @@ def diffusion_group(profile: GaussianProfile, pixels_per_mm: float, aware: bool 
         both = change * giving + filled * (1.0 - giving)
         tree.output("Image", image + both * mask, "Combined with the skin's light diffused")
 
-    signature = signature_of(np.asarray(profile.variances), np.asarray(profile.weights), float(pixels_per_mm), aware)
+    signature = signature_of(
+        np.asarray(profile.variances),
+        np.asarray(profile.weights),
+        float(pixels_per_mm),
+        aware,
+        *([] if slope else ["flat"]),
+    )
     return owned_group("diffusion", signature, "KM Diffusion", build, "CompositorNodeTree")
+
+
+def _facing(tree: Tree, along: Along) -> Along:
+    """The surface taken to face the camera; what is no skin stays far."""
+    known = tree.less(along.length, 0.5 * FAR)
+    return replace(along, length=along.footprint * known + along.length * (1.0 - known))
 
 
 def _steps(

@@ -8,6 +8,7 @@ from __future__ import annotations
 import bpy
 
 from . import (
+    accuracy,
     assets,
     bake,
     effects,
@@ -23,7 +24,21 @@ from . import (
     set_up,
 )
 
-PAGES = (set_up, layers, layer, products, looks, landmarks, effects, highlights, bake, export, reference, assets)
+PAGES = (
+    set_up,
+    layers,
+    layer,
+    products,
+    looks,
+    landmarks,
+    effects,
+    highlights,
+    bake,
+    export,
+    reference,
+    accuracy,
+    assets,
+)
 """Modules with CLASSES, and where they need more than classes `register()` and `unregister()`."""
 
 

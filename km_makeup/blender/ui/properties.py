@@ -8,6 +8,7 @@ from __future__ import annotations
 import bpy
 from bpy.props import PointerProperty
 
+from .accuracy.properties import AccuracyProperties
 from .bake.properties import BakeProperties
 from .effects.properties import EffectsProperties
 from .highlights.properties import HighlightsProperties
@@ -24,6 +25,7 @@ class KM_PG_object(
     HighlightsProperties,
     BakeProperties,
     LandmarkProperties,
+    AccuracyProperties,
     bpy.types.PropertyGroup,
 ):
     """Makeup of one object."""

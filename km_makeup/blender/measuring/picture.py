@@ -1,0 +1,161 @@
+"""The ladder of the whole picture: no makeup, live, baked, planned at several tolerances, everything on, Cycles."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from ...accuracy.ladder import Ladder
+from ..baking import bake_steps
+from .diffusion import CYCLES, EEVEE, before_of, state_rung
+from .dressed import Dressed, settings
+from .stage import Stage, State
+
+TOLERANCES = (0.1, 0.5, 1.0, 2.0, 5.0)
+MANY = 4
+"""How many times more samples the better rung of Cycles has."""
+
+Made = tuple[str, str, Callable[[], State], str]
+
+
+def picture_ladder(stage: Stage) -> Ladder:
+    """The ladder of a stage."""
+    wardrobe = _Wardrobe(stage)
+    return Ladder(
+        "picture",
+        "The whole picture",
+        "CIEDE2000",
+        f"a frame of {stage.scene.render.resolution_x}x{stage.scene.render.resolution_y}, EEVEE at {stage.samples} samples",
+        f"Cycles, {stage.reference_samples} samples, the scene's own bounces",
+        [state_rung(stage, name, about, make, setting, bounces=True) for name, about, make, setting in wardrobe.rungs()],
+        before=before_of(stage, wardrobe.everything, bounces=True),
+        before_steps=3,
+        noise=lambda: stage.noise(bounces=True),
+        falling=(("EEVEE, no makeup", "EEVEE, live"), ("EEVEE, no makeup", "EEVEE, baked")),
+        notes=(
+            "What EEVEE and Cycles differ by here is mostly not makeup: light from skin to skin in sockets, nostrils and under the "
+            "chin, and soft shadows. The rungs of EEVEE therefore lie close together.",
+        ),
+        clock=time.perf_counter,
+        least_s=0.0,
+    )  # fmt: skip
+
+
+class _Wardrobe:
+    """What the head wears on the rungs, made when it is first asked for."""
+
+    def __init__(self, stage: Stage) -> None:
+        self.stage = stage
+        self._worn: dict[str, Dressed] = {}
+
+    def _dressed(self, name: str, **values: object) -> Dressed:
+        if name not in self._worn:
+            with settings(self.stage.obj, self.stage.scene, scattering="CLOSURES", both_engines=True, **values):
+                self._worn[name] = self.stage.wear(name)
+        return self._worn[name]
+
+    def live(self) -> Dressed:
+        """Live films, as the plan has them now."""
+        return self._dressed("live", path="LIVE")
+
+    def everything(self) -> Dressed:
+        """Every effect built, where there is a plan that may leave some out."""
+        if not self._planned:
+            return self.live()
+        return self._dressed("everything", path="LIVE", everything=True)
+
+    def planned(self, tolerance: float) -> Dressed:
+        """What the plan builds at a tolerance."""
+        return self._dressed(f"plan {tolerance:g}", path="LIVE", everything=False, tolerance=tolerance)
+
+    @property
+    def _planned(self) -> bool:
+        return hasattr(self.stage.obj.km_makeup, "tolerance")
+
+    def bare(self) -> Dressed:
+        """The skin without makeup."""
+        if "bare" not in self._worn:
+            from ..makeup import refresh
+            from ..update import paused
+
+            layers = self.stage.obj.km_makeup.layers
+            shown = [layer.enabled for layer in layers]
+            with paused():
+                for layer in layers:
+                    layer.enabled = False
+                refresh(self.stage.obj, self.stage.scene)
+                self._worn["bare"] = self.stage.wear("bare")
+                for layer, enabled in zip(layers, shown):
+                    layer.enabled = enabled
+                refresh(self.stage.obj, self.stage.scene)
+        return self._worn["bare"]
+
+    def baked(self) -> Dressed:
+        """Textures of the whole stack, baked into a temporary folder and packed."""
+        if "baked" not in self._worn:
+            self._worn["baked"] = self._bake()
+        return self._worn["baked"]
+
+    def _bake(self) -> Dressed:
+        from ..makeup import refresh
+        from ..update import paused
+
+        stage, makeup = self.stage, self.stage.obj.km_makeup
+        names = (
+            "folder",
+            "finished",
+            "path",
+            "baked_R",
+            "baked_T2",
+            "baked_R_up",
+            "baked_albedo",
+            "scattering",
+            "both_engines",
+        )
+        before = {name: getattr(makeup, name) for name in names}
+        with paused(), tempfile.TemporaryDirectory(prefix="km-accuracy-") as folder:
+            makeup.folder, makeup.finished = str(Path(folder)), False
+            makeup.scattering, makeup.both_engines = "CLOSURES", True
+            for _ in bake_steps(stage.obj, stage.scene):
+                pass
+            for image in (makeup.baked_R, makeup.baked_T2, makeup.baked_R_up):
+                if image is not None and not image.packed_file:
+                    image.pack()
+            refresh(stage.obj, stage.scene)
+            made = stage.wear("baked")
+            for name, value in before.items():
+                setattr(makeup, name, value)
+        return made
+
+    def rungs(self) -> Sequence[Made]:
+        """Name, what it is, the state, the setting that chooses it."""
+        samples = self.stage.samples
+
+        def eevee(wears: Callable[[], Dressed]) -> Callable[[], State]:
+            return lambda: State(EEVEE, samples, wears())
+
+        def traced(count: int, denoised: bool = False) -> Callable[[], State]:
+            return lambda: State(CYCLES, count, self.everything(), denoised=denoised)
+
+        def at(tolerance: float) -> Callable[[], State]:
+            return lambda: State(EEVEE, samples, self.planned(tolerance))
+
+        planned: list[Made] = [
+            (f"EEVEE, plan {t:g}", f"what is needed to stay within {t:g} of everything on", at(t), f"plan {t:g}")
+            for t in TOLERANCES[::-1]
+        ]
+        whole: Made = ("EEVEE, everything on", "every effect is built", eevee(self.everything), "everything")
+        return [
+            ("EEVEE, no makeup", "the bare skin, to see how much the makeup is", eevee(self.bare), ""),
+            ("EEVEE, live", "films as nodes", eevee(self.live), "path LIVE"),
+            ("EEVEE, baked", "films as three textures; prepare is the bake", eevee(self.baked), "path BAKED"),
+            *([*planned, whole] if self._planned else []),
+            (f"Cycles, {samples} samples", "path traced", traced(samples), "cycles"),
+            (f"Cycles, {samples} samples, denoised", "path traced, OpenImageDenoise", traced(samples, denoised=True), "cycles denoised"),
+            (f"Cycles, {MANY * samples} samples", "path traced", traced(MANY * samples), ""),
+        ]  # fmt: skip
+
+
+__all__ = ["TOLERANCES", "picture_ladder"]

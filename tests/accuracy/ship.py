@@ -1,0 +1,100 @@
+"""Takes a measurement of the sample head into the extension and into README.md.
+
+    python -m km_makeup accuracy sample_blend/head.blend --look sample_blend/looks/evening.json --out accuracy
+    python -m tests.accuracy.ship accuracy
+
+Writes km_makeup/accuracy/shipped.json (what the panel shows until a scene was measured), tests/results/accuracy.svg (the plot of
+the first ladder) and the table between the marks in README.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import sys
+from pathlib import Path
+
+from km_makeup.accuracy.kept import SHIPPED, Kept, KeptRung
+
+ROOT = Path(__file__).resolve().parents[2]
+README = ROOT / "README.md"
+BEGIN, END = "<!-- accuracy: begin -->", "<!-- accuracy: end -->"
+SHOWN = {
+    "colour": (
+        "alpha blend", "RGB Kubelka-Munk", "paper, single pass", "3 fitted bands", "8 fitted bands", "12 fitted bands", "16 fitted bands",
+        "live", "baked", "81 bands, float32", "81 bands",
+    ),
+}  # fmt: skip
+
+
+def main() -> int:
+    """Take a measurement in."""
+    parser = argparse.ArgumentParser(prog="python -m tests.accuracy.ship", description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path, help="folder with accuracy.json of a measurement")
+    options = parser.parse_args()
+    file = options.folder / "accuracy.json"
+    if not file.is_file():
+        print(f"There is no {file}; measure first.", file=sys.stderr)
+        return 2
+    content = json.loads(file.read_text(encoding="utf-8"))
+    kept_of(content).write(SHIPPED)
+    text = README.read_text(encoding="utf-8")
+    if BEGIN in text:
+        table = f"{BEGIN}\n{tables(content)}\n{END}"
+        README.write_text(
+            re.sub(f"{re.escape(BEGIN)}.*?{re.escape(END)}", lambda _: table, text, flags=re.DOTALL), encoding="utf-8"
+        )
+    print(f"written: {SHIPPED.relative_to(ROOT)}, README.md")
+    return 0
+
+
+def kept_of(content: dict) -> Kept:
+    """The measurement as the extension keeps it."""
+    made = content["made"]
+    size = re.search(r"(\d+)x(\d+)", made.get("size", ""))
+    return Kept(
+        tuple(
+            KeptRung(
+                r["ladder"], r["rung"], r["setting"], round(r["error_mean"], 5), round(r["error_p99"], 5),
+                float(f"{r['later_s']:.4g}"), round(r["ratio"], 3),
+            )
+            for r in content["rungs"]
+        ),
+        f"{made['processor']}, {made['cores']} cores",
+        made["date"],
+        int(size[1]) * int(size[2]) / 1e6 if size else 0.0,
+    )  # fmt: skip
+
+
+def tables(content: dict) -> str:
+    """The ladders as Markdown, ratios instead of times."""
+    made = content["made"]
+    lines = [
+        f"Measured on {made['date'][:10]}: {made['processor']}, {made['cores']} cores, load {made['load']}, Python {made['python']}, "
+        f"NumPy {made['numpy']}{', Blender ' + made['Blender'] if 'Blender' in made else ''}. Time as a multiple of each ladder's fastest.",
+    ]
+    for name, about in content["ladders"].items():
+        rungs = [r for r in content["rungs"] if r["ladder"] == name and (name not in SHOWN or r["rung"] in SHOWN[name])]
+        if not rungs:
+            continue
+        noise = about["noise"]
+        grain = f" Grain of the reference: {noise['mean']:.2f}." if noise else ""
+        lines += [
+            "",
+            f"**{about['title']}** ({about['unit']} against {about['reference']}; {about['time_of']}).{grain}",
+            "",
+        ]
+        lines += ["| | mean | 99 % | time |", "| --- | ---: | ---: | ---: |"]
+        lines += [
+            f"| {r['rung']} | {_short(r['error_mean'])} | {_short(r['error_p99'])} | {r['ratio']:.3g} |" for r in rungs
+        ]
+    return "\n".join(lines)
+
+
+def _short(value: float) -> str:
+    return f"{value:.3f}".lstrip("0") if 0 < value < 1 else f"{value:.2g}"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,141 @@
+"""Ladders of pictures on a ball: errors are those of the pictures, the grain is known, the file is afterwards as it was."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from km_makeup import cli
+from tests.blender import scenes
+
+pytestmark = pytest.mark.blender
+SIZE, SAMPLES, REFERENCE = 32, 4, 16
+
+
+@pytest.fixture
+def made_up(clean_scene, test_products):
+    import bpy
+
+    from km_makeup.blender import looks, makeup
+    from km_makeup.makeup import Layer, Look
+
+    obj = scenes.head()
+    obj.data.materials.append(scenes.skin())
+    scenes.studio()
+    makeup.set_up(obj)
+    looks.apply_look(obj, Look("Red", (Layer("test-red", 12.0),)))
+    scene = bpy.context.scene
+    scene.render.engine = "BLENDER_EEVEE"
+    scene.render.resolution_x = scene.render.resolution_y = SIZE
+    scene.render.resolution_percentage = 100
+    return obj, scene
+
+
+def run(ladder, runs: int = 1):
+    from km_makeup.accuracy.ladder import Result, measure
+
+    result = Result(ladder)
+    said = [what for _, _, what in measure(ladder, runs, result)]
+    return result, said
+
+
+def only(ladder, *names: str):
+    from dataclasses import replace
+
+    return replace(ladder, rungs=[rung for rung in ladder.rungs if rung.name in names])
+
+
+def stage_of(made_up):
+    from km_makeup.blender.measuring.stage import Stage
+
+    obj, scene = made_up
+    return Stage(scene, obj, REFERENCE, SAMPLES)
+
+
+def test_diffusion_is_measured_and_the_file_left_as_it_was(made_up):
+    from km_makeup.blender.measuring.diffusion import diffusion_ladder
+
+    before = scenes.file_text()
+    stage = stage_of(made_up)
+    names = ("0 Gaussians", "2 Gaussians", "6 Gaussians, no slope", "EEVEE's own", "Cycles, Burley")
+    result, said = run(only(diffusion_ladder(stage), *names))
+    stage.close()
+    assert scenes.file_text() == before
+    assert [rung.name for rung in result.rungs] == list(names)
+    assert any("reference, second half" in one for one in said)
+    assert result.noise is not None and 0 < result.noise.mean < 3
+    pictures = {rung.name: rung.shots[0].png for rung in result.rungs}
+    assert len(set(pictures.values())) == len(names), "every rung is another picture"
+    assert all(png.startswith(b"\x89PNG") for png in pictures.values())
+    at = {rung.name: rung.error.mean for rung in result.rungs}
+    assert at["Cycles, Burley"] < at["0 Gaussians"]
+    assert all(rung.times.later > 0 for rung in result.rungs)
+
+
+def test_the_whole_picture_knows_makeup_from_none(made_up):
+    from km_makeup.blender.measuring.picture import picture_ladder
+
+    before = scenes.file_text()
+    stage = stage_of(made_up)
+    names = ("EEVEE, no makeup", "EEVEE, live", f"Cycles, {SAMPLES} samples")
+    result, _ = run(only(picture_ladder(stage), *names))
+    stage.close()
+    assert scenes.file_text() == before
+    at = {rung.name: rung.error.mean for rung in result.rungs}
+    assert at["EEVEE, no makeup"] > 3 * at["EEVEE, live"]
+    assert at[f"Cycles, {SAMPLES} samples"] < 3 * result.noise.mean
+
+
+def test_light_that_does_not_bounce_still_scatters_in_cycles(made_up):
+    """The reference of the diffusion ladder: without bounces from surface to surface a ball, which has none, looks the same."""
+    from km_makeup.blender.measuring.diffusion import CYCLES, _Makers
+    from km_makeup.blender.measuring.stage import State
+
+    stage = stage_of(made_up)
+    wears = _Makers(stage).closures()
+    pictures = []
+    for bounces in (True, False):
+        stage.bring(State(CYCLES, 64, wears, bounces=bounces))
+        stage.render()
+        pictures.append(stage.take()[8:24, 8:24, :3].mean(axis=(0, 1)))
+    stage.close()
+    np.testing.assert_allclose(pictures[1], pictures[0], rtol=0.02)
+
+
+def test_the_command_measures_a_blend(made_up, tmp_path, capsys, monkeypatch):
+    import bpy
+
+    from km_makeup.blender.measuring import gloss
+
+    file = tmp_path / "head.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(file))
+    original = gloss.gloss_ladder
+    monkeypatch.setitem(
+        __import__("km_makeup.blender.measuring.scene", fromlist=["LADDERS"]).LADDERS,
+        "gloss",
+        lambda stage: only(original(stage), "the skin's lobe only", "two lobes"),
+    )
+    code = cli.main([
+        "accuracy", str(file), "--ladder", "gloss", "--quick", "--size", "32x32", "--samples", "2", "--reference", "16",
+        "--out", str(tmp_path / "out"), "--json",
+    ])  # fmt: skip
+    assert code == 0
+    content = json.loads(capsys.readouterr().out)
+    assert [r["rung"] for r in content["rungs"]] == ["the skin's lobe only", "two lobes"]
+    assert content["made"]["scene"] == "head.blend, camera Camera"
+    page = (tmp_path / "out" / "accuracy.html").read_text()
+    assert "The reference's own grain" in page.replace("&#x27;", "'") and page.count("data:image/png") >= 6
+
+
+def test_a_head_without_makeup_is_refused(clean_scene, tmp_path, capsys):
+    import bpy
+
+    obj = scenes.head()
+    obj.data.materials.append(scenes.skin())
+    scenes.studio()
+    file = tmp_path / "bare.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(file))
+    assert cli.main(["accuracy", str(file), "--ladder", "picture", "--out", str(tmp_path)]) == 2
+    assert "no makeup to measure; give --look" in capsys.readouterr().err
