@@ -51,7 +51,7 @@ class SceneLadders:
 OpenScene = Callable[[SceneRequest], SceneLadders]
 """Opens a head in Blender; the command line hands it over, since this floor knows no Blender."""
 
-PICTURE_LADDERS = ("diffusion", "gloss", "picture")
+PICTURE_LADDERS = ("diffusion", "gloss", "picture", "frame")
 """Names of the ladders that need a head."""
 
 

@@ -27,7 +27,7 @@ METHODS = {"Burley": "BURLEY", "random walk": "RANDOM_WALK_SKIN"}
 
 def diffusion_ladder(stage: Stage) -> Ladder:
     """The ladder of a stage."""
-    makers = _Makers(stage)
+    makers = Makers(stage)
     rungs = [_rung(stage, name, about, make, setting) for name, about, make, setting in makers.rungs()]
     chain = tuple(gaussians(n) for n in range(MOST + 1))
     return Ladder(
@@ -82,7 +82,7 @@ def _rung(stage: Stage, name: str, about: str, make: Callable[[], State], settin
     return state_rung(stage, name, about, make, setting, bounces=False)
 
 
-class _Makers:
+class Makers:
     """The states of the ladder, each made once when it is first asked for."""
 
     def __init__(self, stage: Stage) -> None:
@@ -119,10 +119,10 @@ class _Makers:
             self._worn[method] = made
         return self._worn[method]
 
-    def blurred(self, count: int, aware: bool = True, slope: bool = True) -> State:
-        """EEVEE with so many Gaussians in the compositor."""
+    def blurred(self, count: int, aware: bool = True, slope: bool = True, samples: int = 0) -> State:
+        """EEVEE with so many Gaussians in the compositor; ``samples`` 0: the stage's."""
         stage = self.stage
-        plain = State(EEVEE, stage.samples, self.screen(), None, passes=True)
+        plain = State(EEVEE, samples or stage.samples, self.screen(), None, passes=True)
         if not count:
             return plain
         profile = self._profile(count)
@@ -166,4 +166,4 @@ def before_of(stage: Stage, wears: Callable[[], Dressed], bounces: bool) -> Call
     return lambda: stage.make_reference(wears(), bounces)
 
 
-__all__ = ["CYCLES", "EEVEE", "before_of", "diffusion_ladder", "gaussians", "state_rung"]
+__all__ = ["CYCLES", "EEVEE", "Makers", "before_of", "diffusion_ladder", "gaussians", "state_rung"]

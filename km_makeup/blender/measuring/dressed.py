@@ -25,9 +25,17 @@ class Dressed:
                 self.obj.material_slots[index].material = material
 
     def throw_away(self) -> None:
-        """Delete the copies; what is worn instead must be put on first."""
+        """Delete the copies; what is worn instead must be put on first. `makeup.clean_up` deletes the groups they leave."""
         for _, material in self.materials:
             bpy.data.materials.remove(material)
+
+
+def wear_own(obj: bpy.types.Object) -> None:
+    """Put on what the head's makeup says, instead of a copy."""
+    for entry in obj.km_makeup.slots:
+        own = entry.made or entry.original
+        if obj.material_slots[entry.index].material != own:
+            obj.material_slots[entry.index].material = own
 
 
 def worn(obj: bpy.types.Object) -> tuple[tuple[int, bpy.types.Material], ...]:
@@ -50,6 +58,7 @@ def settings(obj: bpy.types.Object, scene: bpy.types.Scene, **values: object) ->
     """The makeup built with other settings inside the block; afterwards the settings are as they were, and nothing is rebuilt."""
     from ..makeup import refresh
 
+    wear_own(obj)
     makeup = obj.km_makeup
     before = {name: getattr(makeup, name) for name in values}
     with paused():

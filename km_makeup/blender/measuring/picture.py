@@ -10,7 +10,7 @@ from pathlib import Path
 from ...accuracy.ladder import Ladder
 from ..baking import bake_steps
 from .diffusion import CYCLES, EEVEE, before_of, state_rung
-from .dressed import Dressed, settings
+from .dressed import Dressed, settings, wear_own
 from .stage import Stage, State
 
 TOLERANCES = (0.1, 0.5, 1.0, 2.0, 5.0)
@@ -22,7 +22,7 @@ Made = tuple[str, str, Callable[[], State], str]
 
 def picture_ladder(stage: Stage) -> Ladder:
     """The ladder of a stage."""
-    wardrobe = _Wardrobe(stage)
+    wardrobe = Wardrobe(stage)
     return Ladder(
         "picture",
         "The whole picture",
@@ -43,7 +43,7 @@ def picture_ladder(stage: Stage) -> Ladder:
     )  # fmt: skip
 
 
-class _Wardrobe:
+class Wardrobe:
     """What the head wears on the rungs, made when it is first asked for."""
 
     def __init__(self, stage: Stage) -> None:
@@ -80,6 +80,7 @@ class _Wardrobe:
             from ..makeup import refresh
             from ..update import paused
 
+            wear_own(self.stage.obj)
             layers = self.stage.obj.km_makeup.layers
             shown = [layer.enabled for layer in layers]
             with paused():
@@ -115,6 +116,7 @@ class _Wardrobe:
             "both_engines",
         )
         before = {name: getattr(makeup, name) for name in names}
+        wear_own(stage.obj)
         with paused(), tempfile.TemporaryDirectory(prefix="km-accuracy-") as folder:
             makeup.folder, makeup.finished = str(Path(folder)), False
             makeup.scattering, makeup.both_engines = "CLOSURES", True
@@ -158,4 +160,4 @@ class _Wardrobe:
         ]  # fmt: skip
 
 
-__all__ = ["TOLERANCES", "picture_ladder"]
+__all__ = ["TOLERANCES", "Wardrobe", "picture_ladder"]

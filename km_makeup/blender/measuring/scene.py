@@ -16,6 +16,7 @@ from ...makeup import Look
 from .. import looks, studio
 from ..reference import Restoring
 from .diffusion import CYCLES, diffusion_ladder
+from .frame import frame_ladder
 from .gloss import gloss_ladder
 from .picture import picture_ladder
 from .stage import Stage
@@ -26,6 +27,7 @@ LADDERS: dict[str, Callable[[Stage], Ladder]] = {
     "diffusion": diffusion_ladder,
     "gloss": gloss_ladder,
     "picture": picture_ladder,
+    "frame": frame_ladder,
 }
 
 
@@ -70,12 +72,14 @@ def measured_scene(
     """The ladders of the open scene, with pictures whose longer side has so many pixels; afterwards it is as it was."""
     settings, render = Restoring(), scene.render
     share = 100 * longest / max(render.resolution_x, render.resolution_y)
-    stage = _stage(scene, obj, reference_samples, samples)
+    settings.set(render, engine="BLENDER_EEVEE", resolution_percentage=max(1, min(100, round(share))))
     try:
-        settings.set(render, engine="BLENDER_EEVEE", resolution_percentage=max(1, min(100, round(share))))
-        yield _ladders(stage)
+        stage = _stage(scene, obj, reference_samples, samples)
+        try:
+            yield _ladders(stage)
+        finally:
+            stage.close()
     finally:
-        stage.close()
         settings.restore()
 
 

@@ -16,10 +16,10 @@ from ...accuracy import compare_pictures, map_colours, noise_floor
 from ...accuracy.ladder import Finding, Shot
 from ...accuracy.pictures import PictureDifference, Spread
 from ...bake.files import write_png
-from .. import compositor
+from .. import compositor, makeup
 from ..compositor.placing import PASSES
 from ..reference import ReferenceRun, Restoring, as_seen, rendered, white_of
-from .dressed import Dressed, kept, worn
+from .dressed import Dressed, kept, wear_own
 
 FULL_DELTA_E = 5.0
 """CIEDE2000 that a difference map shows as its brightest colour."""
@@ -47,6 +47,8 @@ class State:
     passes: bool = False
     denoised: bool = False
     bounces: bool = True
+    size: tuple[int, int] | None = None
+    """In pixels; None: the scene's."""
 
 
 @dataclass(frozen=True)
@@ -75,11 +77,13 @@ class Stage:
     _settings: Restoring = field(default_factory=Restoring)
     _wardrobe: list[Dressed] = field(default_factory=list)
     _groups: list[bpy.types.NodeTree] = field(default_factory=list)
-    _before: tuple[tuple[int, bpy.types.Material], ...] = ()
     _inserted: bool = False
+    _size: tuple[int, int] = (0, 0)
 
     def __post_init__(self) -> None:
-        self._before = worn(self.obj)
+        render = self.scene.render
+        share = render.resolution_percentage / 100
+        self._size = max(1, round(render.resolution_x * share)), max(1, round(render.resolution_y * share))
         self._settings.set(
             self.scene.render, engine=self.scene.render.engine, use_compositing=self.scene.render.use_compositing
         )
@@ -110,6 +114,8 @@ class Stage:
         state.wears.wear()
         settings, scene = self._settings, self.scene
         settings.set(scene.render, engine=state.engine)
+        width, height = state.size or self._size
+        settings.set(scene.render, resolution_x=width, resolution_y=height, resolution_percentage=100)
         node = compositor.find(scene)
         if node is not None:
             settings.set(node, mute=state.diffusion is None)
@@ -133,6 +139,10 @@ class Stage:
         bounces: int = 0 if not state.bounces else self._settings.before(cycles, "diffuse_bounces")
         glossy: int = 0 if not state.bounces else self._settings.before(cycles, "glossy_bounces")
         self._settings.set(cycles, diffuse_bounces=bounces, glossy_bounces=glossy)
+
+    def white(self) -> tuple[float, float, float]:
+        """What a white card reads."""
+        return white_of(self.scene, self.obj)
 
     def render(self) -> None:
         """Render the frame."""
@@ -205,8 +215,7 @@ class Stage:
         """Everything as it was."""
         if self._watch in bpy.app.handlers.render_stats:
             bpy.app.handlers.render_stats.remove(self._watch)
-        for index, material in self._before:
-            self.obj.material_slots[index].material = material
+        wear_own(self.obj)
         self._settings.restore()
         if self._inserted:
             compositor.remove(self.scene)
@@ -218,6 +227,8 @@ class Stage:
             made.throw_away()
         self._groups.clear()
         self._wardrobe.clear()
+        makeup.refresh(self.obj, self.scene)  # which may have been rebuilt for other settings in between
+        makeup.clean_up()
 
 
 def _around(mask: Pixels) -> tuple[slice, slice]:
