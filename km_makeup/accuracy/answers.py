@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from .ladder import Measured, Result
 from .report import fastest
 
+Results = Mapping[str, Result]
+"""What was measured, by the ladder's name."""
+
 
 def answer(result: Result) -> str:
     """The ladder's answer in a sentence: the fastest rung whose error stays invisible, and what the best one costs more."""
+    if result.ladder.answer is not None:
+        return result.ladder.answer(result)
     base, visible, unit = fastest(result), result.ladder.visible, result.ladder.unit
     good = [r for r in result.rungs if r.error.p99 <= visible]
     best = min(result.rungs, key=lambda r: (r.error.mean, r.times.later))
@@ -30,9 +35,7 @@ def answer(result: Result) -> str:
 def in_short(results: Sequence[Result]) -> list[tuple[str, str]]:
     """Questions with their answers, those that the ladders measured can answer."""
     by_name = {result.ladder.name: result for result in results if result.rungs}
-    found = [
-        (question, text) for name, question, tell in QUESTIONS if name in by_name and (text := tell(by_name[name]))
-    ]
+    found = [(question, text) for name, question, tell in QUESTIONS if name in by_name and (text := tell(by_name))]
     return found
 
 
@@ -40,8 +43,9 @@ def _rung(result: Result, name: str) -> Measured | None:
     return next((r for r in result.rungs if r.name == name), None)
 
 
-def how_many_bands(result: Result) -> str:
+def how_many_bands(results: Results) -> str:
     """The fewest fitted bands that nobody tells from the truth."""
+    result = results["colour"]
     counted = [(int(m[1]), r) for r in result.rungs if (m := re.fullmatch(r"(\d+) (?:fitted )?bands", r.name))]
     if not counted:
         return ""
@@ -61,22 +65,34 @@ def how_many_bands(result: Result) -> str:
     )
 
 
-def is_baking_worth_it(result: Result) -> str:
-    """Baked textures against the live tables."""
-    live, baked = _rung(result, "live"), _rung(result, "baked")
+def is_baking_worth_it(results: Results) -> str:
+    """Baked textures against the live tables: the colours, and what frames take where they were measured."""
+    live, baked = (_rung(results["colour"], name) for name in ("live", "baked"))
     if live is None or baked is None:
         return ""
-    films = live.times.later / baked.times.later
+    text = (
+        f"For accuracy hardly: the mean error falls from {live.error.mean:.3f} to {baked.error.mean:.3f}, 99 % from "
+        f"{live.error.p99:.2f} to {baked.error.p99:.2f}, and both are below what is seen."
+    )
+    frames = (
+        [_rung(results["frame"], name) for name in ("live, a frame", "baked, a frame")] if "frame" in results else []
+    )
+    if len(frames) == 2 and frames[0] and frames[1]:
+        ratio = frames[0].times.later / frames[1].times.later
+        faster = f"{ratio:.2f} times as fast" if ratio > 1.02 else "no faster"
+        text += (
+            f" A baked frame is {faster} here ({_seconds(frames[1].times.later)} against {_seconds(frames[0].times.later)}), after a bake of "
+            f"{_seconds(frames[1].times.prepare)}."
+        )
     return (
-        f"For final pictures, yes: the mean error falls from {live.error.mean:.3f} to {baked.error.mean:.3f} and 99 % from "
-        f"{live.error.p99:.2f} to {baked.error.p99:.2f}, neither of which is often seen; shading three films takes "
-        f"{films:.1f} times less, and the more films the more. The bake itself is paid once: {_seconds(baked.times.prepare)} for the texels timed "
-        "here. While painting, no: live follows every stroke."
+        text
+        + " Bake for many layers, for export and for other renderers; while painting stay live, which follows every stroke."
     )
 
 
-def how_many_gaussians(result: Result) -> str:
+def how_many_gaussians(results: Results) -> str:
     """The fewest Gaussians that are as near as the most."""
+    result = results["diffusion"]
     counted = [(int(m[1]), r) for r in result.rungs if (m := re.fullmatch(r"(\d) Gaussians?", r.name))]
     if len(counted) < 2:
         return ""
@@ -95,8 +111,9 @@ def how_many_gaussians(result: Result) -> str:
     )
 
 
-def what_does_cycles_buy(result: Result) -> str:
+def what_does_cycles_buy(results: Results) -> str:
     """The nearest picture of EEVEE against the nearest of Cycles."""
+    result = results["picture"]
     cycles = [r for r in result.rungs if r.name.startswith("Cycles")]
     eevee = [r for r in result.rungs if r.name.startswith("EEVEE")]
     if not cycles or not eevee:
@@ -113,12 +130,12 @@ def _seconds(value: float) -> str:
     return f"{value:.1f} s" if value >= 1 else f"{1e3 * value:.0f} ms"
 
 
-QUESTIONS: Sequence[tuple[str, str, Callable[[Result], str]]] = (
+QUESTIONS: Sequence[tuple[str, str, Callable[[Results], str]]] = (
     ("colour", "How many bands do I need?", how_many_bands),
     ("diffusion", "How many Gaussians?", how_many_gaussians),
     ("colour", "Is baking worth it?", is_baking_worth_it),
     ("picture", "What does Cycles buy me?", what_does_cycles_buy),
 )
-"""The ladder that answers, the question, and how the answer is found."""
+"""The ladder that must be there, the question, and how the answer is found."""
 
 __all__ = ["QUESTIONS", "answer", "in_short"]

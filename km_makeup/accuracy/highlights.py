@@ -22,7 +22,7 @@ from .ladder import Ladder, Rung
 from .pictures import Spread
 
 MORE_FILE = Path(__file__).parent / "reference_more.json"
-PATCHES = 1 << 16
+PATCHES = 1 << 14
 """Patches of a timed run."""
 
 

@@ -67,7 +67,8 @@ class Ladder:
     reference where that takes time, and yields what it does; ``noise()`` is the reference's own. ``falling``: names of rungs
     whose mean error falls from each to the next, if theory is right; ``notes``: why rungs do not fall where one expects it.
     ``clock``: processor time, which other work on the machine changes little, or where one waits for more than the processor,
-    time itself. A run shorter than ``least_s`` is made again until it is as long, and its mean taken.
+    time itself. A run shorter than ``least_s`` is made again until it is as long, and its mean taken. ``answer`` puts a
+    result into a sentence, where the usual one (the fastest rung that nobody sees) says too little.
     """
 
     name: str
@@ -84,6 +85,7 @@ class Ladder:
     notes: tuple[str, ...] = ()
     clock: Callable[[], float] = time.process_time
     least_s: float = 0.03
+    answer: Callable[[Result], str] | None = None
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from .pictures import Spread
 SHARES = (0.8, 0.5, 0.2)
 """Shares of the key light's luminance."""
 
-TEXELS = 1 << 15
+TEXELS = 1 << 13
 
 
 @dataclass(frozen=True)

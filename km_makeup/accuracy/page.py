@@ -144,27 +144,37 @@ def plot(result: Result, current: set[str]) -> str:
         line = zp.PolyLine([x[r.name] for r in front], [y[r.name] for r in front])
         graph.add(line.color(FRONT).strokewidth(1).stroke("--"))
     for rung in result.rungs:
-        colour = CURRENT if rung.setting and rung.setting in current else FRONT if rung.on_front else OTHER
-        graph.add(zp.Scatter([x[rung.name]], [y[rung.name]]).marker("o", 5 if rung.on_front else 4).color(colour))
+        graph.add(zp.Scatter([x[rung.name]], [y[rung.name]]).marker("o", 4).color(_colour(rung, current)))
     graph.size(*SIZE)
     root = graph.svgxml()
-    _add_hover(root, result, base)
+    _add_hover(root, result, base, current)
     return ET.tostring(root, encoding="unicode")
 
 
-def _add_hover(root: ET.Element, result: Result, base: float) -> None:
-    """Circles over the points, in the order they were drawn, with the rungs' names as titles, and names beside the front's."""
+def _add_hover(root: ET.Element, result: Result, base: float, current: set[str]) -> None:
+    """Circles over the points, in the order they were drawn, with the rungs' names as titles, and names beside them where there is room."""
     points = [e for e in root.iter("path") if "marker-start" in e.attrib or "marker-mid" in e.attrib]
     places = [m for e in points if (m := re.fullmatch(r"\s*M\s*([-\d.]+)[ ,]([-\d.]+)[\sL]*", e.get("d", "")))]
     if len(places) != len(result.rungs):
         return  # another version of the library draws points in another way: the plot stands without hovering
     at = [(float(m[1]), float(m[2])) for m in places]
     taken = [_Box(x - 5, y - 5, x + 5, y + 5) for x, y in at]
+    colours = {rung.name: _colour(rung, current) for rung in result.rungs}
     for rung, (x, y) in zip(result.rungs, at):
-        circle = ET.SubElement(root, "circle", {"cx": f"{x:g}", "cy": f"{y:g}", "r": "9", "class": "point"})
+        place = {"cx": f"{x:g}", "cy": f"{y:g}"}
+        ET.SubElement(root, "circle", {**place, "r": "4.5", "fill": colours[rung.name]})
+        circle = ET.SubElement(root, "circle", {**place, "r": "9", "class": "point"})
         ET.SubElement(circle, "title").text = _hover(rung, result, base)
-        if rung.on_front:
-            _label(root, rung.name, x, y, taken)
+    for rung, (x, y) in sorted(
+        zip(result.rungs, at), key=lambda one: (colours[one[0].name] == OTHER, not one[0].on_front)
+    ):
+        now = " (now)" if colours[rung.name] == CURRENT else ""
+        _label(root, rung.name + now, colours[rung.name], x, y, taken)
+
+
+def _colour(rung: Measured, current: set[str]) -> str:
+    """Green for the setting in force, red for the front, grey for the rest."""
+    return CURRENT if rung.setting and rung.setting in current else FRONT if rung.on_front else OTHER
 
 
 class _Box(NamedTuple):
@@ -182,7 +192,7 @@ class _Box(NamedTuple):
         )
 
 
-def _label(root: ET.Element, text: str, x: float, y: float, taken: list[_Box]) -> None:
+def _label(root: ET.Element, text: str, colour: str, x: float, y: float, taken: list[_Box]) -> None:
     """A name beside its point where nothing stands yet; none where everything around is taken: hovering tells it."""
     width = LETTER * len(text)
     for side, down in ((1, -8), (1, 15), (-1, -8), (-1, 15), (1, -22), (-1, 29), (1, 29), (-1, -22)):
@@ -193,7 +203,7 @@ def _label(root: ET.Element, text: str, x: float, y: float, taken: list[_Box]) -
         taken.append(box)
         label = ET.SubElement(
             root, "text",
-            {"x": f"{x + 9 * side:g}", "y": f"{y + down:g}", "font-size": "12", "font-family": "sans-serif", "fill": FRONT,
+            {"x": f"{x + 9 * side:g}", "y": f"{y + down:g}", "font-size": "12", "font-family": "sans-serif", "fill": colour,
              "text-anchor": "start" if side > 0 else "end"},
         )  # fmt: skip
         label.text = text

@@ -213,7 +213,7 @@ def test_questions_are_answered_from_the_rungs():
     found = dict(answers.in_short(results))
     assert found["How many bands do I need?"].startswith("12, with fitted weights")
     assert found["How many Gaussians?"].startswith("3: mean error 0.31 against 1.00 with none and 0.30 with 6")
-    assert "from 0.500 to 0.250" in found["Is baking worth it?"] and "4.0 times less" in found["Is baking worth it?"]
+    assert "from 0.500 to 0.250" in found["Is baking worth it?"]
     assert "What does Cycles buy me?" not in found
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -48,8 +49,9 @@ def only(ladder, *names: str):
 
 
 def differing(one: str, other: str) -> list[str]:
-    """Lines that are in one text only."""
-    return sorted(set(one.splitlines()) ^ set(other.splitlines()))
+    """Lines that are in one text only, the numbers aside that Blender appends to names."""
+    texts = [set(re.sub(r"\.\d{3}\b", "", text).splitlines()) for text in (one, other)]
+    return sorted(texts[0] ^ texts[1])
 
 
 def stage_of(made_up):
@@ -133,6 +135,32 @@ def test_the_command_measures_a_blend(made_up, tmp_path, capsys, monkeypatch):
     assert content["made"]["scene"] == "head.blend, camera Camera"
     page = (tmp_path / "out" / "accuracy.html").read_text()
     assert "The reference's own grain" in page.replace("&#x27;", "'") and page.count("data:image/png") >= 6
+
+
+def test_measuring_in_blender_is_kept_with_the_head_and_shown(made_up, tmp_path, monkeypatch):
+    import bpy
+
+    from km_makeup.blender import frame_times, measured
+    from km_makeup.blender.measuring import picture
+    from km_makeup.blender.measuring import scene as measuring_scene
+
+    obj, scene = made_up
+    bpy.context.view_layer.objects.active = obj
+    original = picture.picture_ladder
+    few = {"picture": lambda stage: only(original(stage), "EEVEE, no makeup", "EEVEE, live")}
+    monkeypatch.setattr(measuring_scene, "LADDERS", few)
+    assert not measured.measurement_of(obj)[1]
+    found = bpy.ops.km_makeup.measure(longest=32, samples=2, reference=8, folder=str(tmp_path))
+    assert found == {"FINISHED"} and (tmp_path / "accuracy.html").is_file()
+    kept, own = measured.measurement_of(obj)
+    assert own and [rung.name for rung in kept.rungs] == ["EEVEE, no makeup", "EEVEE, live"]
+    assert kept.megapixels == pytest.approx(32 * 32 / 1e6)
+    (shown,) = measured.expected(obj, scene)
+    assert shown.rung.name == "EEVEE, live" and shown.own
+    assert f"ΔE {shown.rung.mean:.2f} from Cycles" in measured.sentence(shown)
+    assert (scene.render.resolution_x, scene.render.resolution_percentage) == (SIZE, 100)
+    frame = frame_times.last_frame()
+    assert frame is not None and frame.size == (32, 32) and frame.total_ms > 0
 
 
 def test_a_head_without_makeup_is_refused(clean_scene, tmp_path, capsys):

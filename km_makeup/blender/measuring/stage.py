@@ -228,7 +228,9 @@ class Stage:
         self._groups.clear()
         self._wardrobe.clear()
         makeup.refresh(self.obj, self.scene)  # which may have been rebuilt for other settings in between
-        makeup.clean_up()
+        left = 1
+        while left:  # groups that only these used are left over next
+            left = makeup.clean_up()
 
 
 def _around(mask: Pixels) -> tuple[slice, slice]:
