@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import signal
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -202,15 +203,42 @@ def _measured(
         ladder = build()
         results.append(Result(ladder))
         tell = _Progress(time.monotonic())
-        with aside():
+        with aside(), _interrupted() as asked:
             for done, total, what in measure(ladder, runs, results[-1]):
                 tell(done, total, what)
+                if asked():
+                    raise KeyboardInterrupt
         tell.end()
     except KeyboardInterrupt:
         if results and not results[-1].rungs:
             results.pop()
         return False
     return True
+
+
+@contextmanager
+def _interrupted() -> Iterator[Callable[[], bool]]:
+    """Whether Ctrl-C was pressed: heard between steps, since Blender swallows an interrupt that comes while it renders.
+
+    The second one interrupts at once.
+    """
+    pressed: list[int] = []
+
+    def note(number: int, frame: object) -> None:
+        if pressed:
+            raise KeyboardInterrupt
+        pressed.append(number)
+        print("\nkm_makeup: stopping after this step", file=sys.stderr, flush=True)
+
+    try:
+        before = signal.signal(signal.SIGINT, note)
+    except ValueError:  # only the main thread may listen to signals
+        yield lambda: False
+        return
+    try:
+        yield lambda: bool(pressed)
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 class _Progress:

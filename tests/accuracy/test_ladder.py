@@ -6,6 +6,7 @@ import csv
 import io
 import json
 import re
+import signal
 import time
 import xml.etree.ElementTree as ET
 from dataclasses import replace
@@ -149,6 +150,30 @@ def test_a_stop_leaves_what_was_measured(tmp_path, monkeypatch, capsys, after, k
     assert content["ladders"]["small"]["whole"] and not content["ladders"]["b"]["whole"]
     assert "stopped" in capsys.readouterr().err
     assert "Measuring was stopped" in (tmp_path / "accuracy.html").read_text()
+
+
+def test_ctrl_c_is_heard_between_steps_and_keeps_the_rungs(tmp_path, monkeypatch, capsys):
+    """As while Blender renders: what raises inside a step is lost, the signal is not."""
+
+    def pressing() -> Ladder:
+        def press() -> None:
+            signal.raise_signal(signal.SIGINT)
+
+        rungs = [
+            rung("first", 0.001, 1.0),
+            Rung("second", "", lambda: press, lambda: Spread(0, 0, 0), memory=lambda _: 0.0),
+        ]
+        return Ladder(
+            "b", "B", "u", "r", "t", [*rungs, rung("third", 0.001, 0.5)], clock=time.perf_counter, least_s=0.0
+        )
+
+    monkeypatch.setattr(commands, "ladders", lambda: {"b": pressing})
+    before = signal.getsignal(signal.SIGINT)
+    assert cli.main(["accuracy", "--quick", "--out", str(tmp_path)]) == 130
+    assert signal.getsignal(signal.SIGINT) is before
+    content = json.loads((tmp_path / "accuracy.json").read_text())
+    assert [r["rung"] for r in content["rungs"]] == ["first"]
+    assert "stopping after this step" in capsys.readouterr().err
 
 
 def at(name: str, error: float, seconds: float) -> Measured:
