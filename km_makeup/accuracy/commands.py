@@ -185,12 +185,14 @@ def _known(options: argparse.Namespace) -> tuple[dict[str, Callable[[], Ladder]]
 
 def _write(results: Sequence[Result], out: Path, scene: SceneLadders | None) -> dict[str, str]:
     """Write the report where there is anything to say; what it was measured on."""
-    from .page import page
+    from .page import page, plot
     from .report import machine, write_report
 
     made = {**machine(), **(scene.about if scene else {})}
     if any(result.rungs for result in results):
-        files = write_report(results, out, page(results, made, scene.current if scene else ()), made)
+        current = scene.current if scene else ()
+        plots = {r.ladder.name: plot(r, set(current)) for r in results if r.rungs}
+        files = write_report(results, out, page(results, made, current), made, plots)
         print(f"written: {', '.join(str(f) for f in files)}", file=sys.stderr)
     return made
 

@@ -9,7 +9,7 @@ import json
 import os
 import platform
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -122,13 +122,16 @@ def as_json(results: Sequence[Result], made: dict[str, str]) -> str:
     return json.dumps({"made": made, "ladders": ladders, "rungs": rows(results)}, indent=1, ensure_ascii=False) + "\n"
 
 
-def write_report(results: Sequence[Result], folder: Path, page: str, made: dict[str, str]) -> list[Path]:
-    """Write accuracy.csv, accuracy.json and accuracy.html, each whole or not at all; the files."""
+def write_report(
+    results: Sequence[Result], folder: Path, page: str, made: dict[str, str], plots: Mapping[str, str] | None = None
+) -> list[Path]:
+    """Write accuracy.csv, accuracy.json, accuracy.html and each ladder's plot, each whole or not at all; the files."""
     folder = ensure_folder(folder)
     files = {
         folder / "accuracy.csv": as_csv(results),
         folder / "accuracy.json": as_json(results, made),
         folder / "accuracy.html": page,
+        **{folder / f"{name}.svg": svg for name, svg in (plots or {}).items()},
     }
     for path, text in files.items():
         write_text(path, text)

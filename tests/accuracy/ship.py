@@ -3,8 +3,8 @@
     python -m km_makeup accuracy sample_blend/head.blend --look sample_blend/looks/evening.json --out accuracy
     python -m tests.accuracy.ship accuracy
 
-Writes km_makeup/accuracy/shipped.json (what the panel shows until a scene was measured), tests/results/accuracy.svg (the plot of
-the first ladder) and the table between the marks in README.md.
+Writes km_makeup/accuracy/shipped.json (what the panel shows until a scene was measured), two plots beside the sample head and the
+tables between the marks in README.md.
 """
 
 from __future__ import annotations
@@ -20,12 +20,19 @@ from km_makeup.accuracy.kept import SHIPPED, Kept, KeptRung
 ROOT = Path(__file__).resolve().parents[2]
 README = ROOT / "README.md"
 BEGIN, END = "<!-- accuracy: begin -->", "<!-- accuracy: end -->"
-SHOWN = {
+PLOTS = ("colour", "picture")
+"""Ladders whose plots README.md shows."""
+
+SHOWN: dict[str, tuple[str, ...]] = {
     "colour": (
         "alpha blend", "RGB Kubelka-Munk", "paper, single pass", "3 fitted bands", "8 fitted bands", "12 fitted bands", "16 fitted bands",
         "live", "baked", "81 bands, float32", "81 bands",
     ),
+    "diffusion": (),
+    "picture": (),
+    "frame": (),
 }  # fmt: skip
+"""Ladders in README.md, and their rungs there; without any, all."""
 
 
 def main() -> int:
@@ -39,6 +46,10 @@ def main() -> int:
         return 2
     content = json.loads(file.read_text(encoding="utf-8"))
     kept_of(content).write(SHIPPED)
+    for name in PLOTS:
+        plot = options.folder / f"{name}.svg"
+        if plot.is_file():
+            (ROOT / "sample_blend" / f"accuracy-{name}.svg").write_bytes(plot.read_bytes())
     text = README.read_text(encoding="utf-8")
     if BEGIN in text:
         table = f"{BEGIN}\n{tables(content)}\n{END}"
@@ -75,8 +86,10 @@ def tables(content: dict) -> str:
         f"NumPy {made['numpy']}{', Blender ' + made['Blender'] if 'Blender' in made else ''}. Time as a multiple of each ladder's fastest.",
     ]
     for name, about in content["ladders"].items():
-        rungs = [r for r in content["rungs"] if r["ladder"] == name and (name not in SHOWN or r["rung"] in SHOWN[name])]
-        if not rungs:
+        rungs = [
+            r for r in content["rungs"] if r["ladder"] == name and (not SHOWN.get(name) or r["rung"] in SHOWN[name])
+        ]
+        if name not in SHOWN or not rungs:
             continue
         noise = about["noise"]
         grain = f" Grain of the reference: {noise['mean']:.2f}." if noise else ""
@@ -89,6 +102,8 @@ def tables(content: dict) -> str:
         lines += [
             f"| {r['rung']} | {_short(r['error_mean'])} | {_short(r['error_p99'])} | {r['ratio']:.3g} |" for r in rungs
         ]
+    plots = [name for name in PLOTS if name in content["ladders"]]
+    lines += ["", *(f"![Error over time: {name}](sample_blend/accuracy-{name}.svg)" for name in plots)]
     return "\n".join(lines)
 
 

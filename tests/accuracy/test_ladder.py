@@ -118,7 +118,12 @@ def test_no_rung_good_enough_is_said():
 def test_the_command_writes_three_files_and_prints_json(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(commands, "ladders", lambda: {"small": small})
     assert cli.main(["accuracy", "--quick", "--json", "--out", str(tmp_path / "new")]) == 0
-    assert {f.name for f in (tmp_path / "new").iterdir()} == {"accuracy.html", "accuracy.csv", "accuracy.json"}
+    assert {f.name for f in (tmp_path / "new").iterdir()} == {
+        "accuracy.html",
+        "accuracy.csv",
+        "accuracy.json",
+        "small.svg",
+    }
     assert len(json.loads(capsys.readouterr().out)["rungs"]) == 4
 
 
