@@ -7,7 +7,7 @@ spreads in the skin, and shadows.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -37,7 +37,7 @@ def diffusion_ladder(stage: Stage) -> Ladder:
         f"a frame of {stage.scene.render.resolution_x}x{stage.scene.render.resolution_y} at {stage.samples} samples",
         f"Cycles, {stage.reference_samples} samples, the material's own scattering, no light from surface to surface",
         rungs,
-        before=lambda: stage.make_reference(makers.closures(), bounces=False),
+        before=lambda: stage.make_reference(bounces=False),
         before_steps=3,
         noise=lambda: stage.noise(bounces=False),
         falling=(chain, (f"{gaussians(MOST)}, no slope", gaussians(MOST)), (f"{gaussians(MOST)}, across steps", gaussians(MOST))),
@@ -161,9 +161,4 @@ class Makers:
         ]  # fmt: skip
 
 
-def before_of(stage: Stage, wears: Callable[[], Dressed], bounces: bool) -> Callable[[], Iterator[str]]:
-    """What makes the reference of a ladder."""
-    return lambda: stage.make_reference(wears(), bounces)
-
-
-__all__ = ["CYCLES", "EEVEE", "Makers", "before_of", "diffusion_ladder", "gaussians", "state_rung"]
+__all__ = ["CYCLES", "EEVEE", "Makers", "diffusion_ladder", "gaussians", "state_rung"]

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 
 from ...accuracy.ladder import Ladder
-from .diffusion import CYCLES, EEVEE, before_of, state_rung
+from .diffusion import CYCLES, EEVEE, state_rung
 from .dressed import Dressed, settings
 from .stage import Stage, State
 
@@ -40,7 +40,7 @@ def gloss_ladder(stage: Stage) -> Ladder:
         f"a frame of {stage.scene.render.resolution_x}x{stage.scene.render.resolution_y} at {stage.samples} samples",
         f"Cycles, {stage.reference_samples} samples, a GGX lobe for each finish, no light from surface to surface",
         [state_rung(stage, name, about, make, setting, bounces=False) for name, about, make, setting in rungs],
-        before=before_of(stage, lobes, bounces=False),
+        before=lambda: stage.make_reference(bounces=False),
         before_steps=3,
         noise=lambda: stage.noise(bounces=False),
         falling=(("the skin's lobe only", "two lobes", "a lobe per finish, Cycles"),),

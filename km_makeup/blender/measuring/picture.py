@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ...accuracy.ladder import Ladder
 from ..baking import bake_steps
-from .diffusion import CYCLES, EEVEE, before_of, state_rung
+from .diffusion import CYCLES, EEVEE, state_rung
 from .dressed import Dressed, settings, wear_own
 from .stage import Stage, State
 
@@ -30,7 +30,7 @@ def picture_ladder(stage: Stage) -> Ladder:
         f"a frame of {stage.scene.render.resolution_x}x{stage.scene.render.resolution_y}, EEVEE at {stage.samples} samples",
         f"Cycles, {stage.reference_samples} samples, the scene's own bounces",
         [state_rung(stage, name, about, make, setting, bounces=True) for name, about, make, setting in wardrobe.rungs()],
-        before=before_of(stage, wardrobe.everything, bounces=True),
+        before=lambda: stage.make_reference(bounces=True),
         before_steps=3,
         noise=lambda: stage.noise(bounces=True),
         falling=(("EEVEE, no makeup", "EEVEE, live"), ("EEVEE, no makeup", "EEVEE, baked")),
@@ -122,9 +122,11 @@ class Wardrobe:
             makeup.scattering, makeup.both_engines = "CLOSURES", True
             for _ in bake_steps(stage.obj, stage.scene):
                 pass
-            for image in (makeup.baked_R, makeup.baked_T2, makeup.baked_R_up):
-                if image is not None and not image.packed_file:
+            for name in names[3:8]:
+                image = getattr(makeup, name)
+                if image is not None and image != before[name]:
                     image.pack()
+                    stage.owns(image)
             refresh(stage.obj, stage.scene)
             made = stage.wear("baked")
             for name, value in before.items():

@@ -19,7 +19,7 @@ from ...bake.files import write_png
 from .. import compositor, makeup
 from ..compositor.placing import PASSES
 from ..reference import ReferenceRun, Restoring, as_seen, rendered, white_of
-from .dressed import Dressed, kept, wear_own
+from .dressed import Dressed, full, kept, settings, wear_own
 
 FULL_DELTA_E = 5.0
 """CIEDE2000 that a difference map shows as its brightest colour."""
@@ -77,6 +77,7 @@ class Stage:
     _settings: Restoring = field(default_factory=Restoring)
     _wardrobe: list[Dressed] = field(default_factory=list)
     _groups: list[bpy.types.NodeTree] = field(default_factory=list)
+    _images: list[bpy.types.Image] = field(default_factory=list)
     _inserted: bool = False
     _size: tuple[int, int] = (0, 0)
 
@@ -102,6 +103,10 @@ class Stage:
             self._groups.append(group)
         return group
 
+    def owns(self, image: bpy.types.Image) -> None:
+        """An image that is deleted in the end."""
+        self._images.append(image)
+
     def inserted(self) -> bpy.types.Node:
         """The diffusion's node in the compositor, which is put there where it is missing."""
         node = compositor.find(self.scene)
@@ -112,23 +117,23 @@ class Stage:
     def bring(self, state: State) -> None:
         """Bring the scene into a state."""
         state.wears.wear()
-        settings, scene = self._settings, self.scene
-        settings.set(scene.render, engine=state.engine)
+        change, scene = self._settings.set, self.scene
+        change(scene.render, engine=state.engine)
         width, height = state.size or self._size
-        settings.set(scene.render, resolution_x=width, resolution_y=height, resolution_percentage=100)
+        change(scene.render, resolution_x=width, resolution_y=height, resolution_percentage=100)
         node = compositor.find(scene)
         if node is not None:
-            settings.set(node, mute=state.diffusion is None)
+            change(node, mute=state.diffusion is None)
             if state.diffusion is not None:
                 node.node_tree = state.diffusion
             for view_layer in scene.view_layers:
                 for name in PASSES:
-                    settings.set(view_layer, **{name: state.passes})
-            settings.set(scene.render, use_compositing=state.passes or not self._inserted)
+                    change(view_layer, **{name: state.passes})
+            change(scene.render, use_compositing=state.passes or not self._inserted)
         if state.engine == "CYCLES":
             self._cycles(state)
         else:
-            settings.set(scene.eevee, taa_render_samples=state.samples)
+            change(scene.eevee, taa_render_samples=state.samples)
 
     def _cycles(self, state: State) -> None:
         cycles = self.scene.cycles
@@ -159,14 +164,25 @@ class Stage:
         if found:
             self.peak_mb = float(found[1]) * MEGABYTES[found[2]]
 
-    def make_reference(self, wears: Dressed, bounces: bool) -> Iterator[str]:
+    def make_reference(self, bounces: bool) -> Iterator[str]:
         """Path trace the reference, where it is not there yet; yields what is being rendered."""
         if bounces in self.references:
             return
-        self.bring(State("BLENDER_EEVEE", self.samples, wears))
-        settings = Restoring()
+        with settings(self.obj, self.scene, scattering="CLOSURES", both_engines=True, **full(self.obj)):
+            yield from self._trace(bounces)
+
+    def _trace(self, bounces: bool) -> Iterator[str]:
+        width, height = self._size
+        self._settings.set(
+            self.scene.render,
+            engine="BLENDER_EEVEE",
+            resolution_x=width,
+            resolution_y=height,
+            resolution_percentage=100,
+        )
+        changed = Restoring()
         if not bounces:
-            settings.set(self.scene.cycles, diffuse_bounces=0, glossy_bounces=0)
+            changed.set(self.scene.cycles, diffuse_bounces=0, glossy_bounces=0)
         run = ReferenceRun(self.scene, self.obj, self.reference_samples, picture=False)
         words = {"mask": "mask of the head", "reference": "reference, first half", "again": "reference, second half"}
         try:
@@ -176,7 +192,7 @@ class Stage:
                 run.collect()
         finally:
             run.restore()
-            settings.restore()
+            changed.restore()
         first, second = run.pictures["reference"], run.pictures["again"]
         mask, white = run.pictures["mask"][..., 3], white_of(self.scene, self.obj)
         grain = noise_floor(
@@ -225,8 +241,11 @@ class Stage:
                 bpy.data.node_groups.remove(group)
         for made in self._wardrobe:
             made.throw_away()
+        for image in self._images:
+            bpy.data.images.remove(image)
         self._groups.clear()
         self._wardrobe.clear()
+        self._images.clear()
         makeup.refresh(self.obj, self.scene)  # which may have been rebuilt for other settings in between
         left = 1
         while left:  # groups that only these used are left over next
