@@ -104,17 +104,8 @@ class Wardrobe:
         from ..update import paused
 
         stage, makeup = self.stage, self.stage.obj.km_makeup
-        names = (
-            "folder",
-            "finished",
-            "path",
-            "baked_R",
-            "baked_T2",
-            "baked_R_up",
-            "baked_albedo",
-            "scattering",
-            "both_engines",
-        )
+        textures = [f"baked_{name}" for name in ("R", "T2", "R_up", "albedo", "finish")]
+        names = ["folder", "finished", "path", "scattering", "both_engines", *textures]
         before = {name: getattr(makeup, name) for name in names}
         wear_own(stage.obj)
         with paused(), tempfile.TemporaryDirectory(prefix="km-accuracy-") as folder:
@@ -122,7 +113,7 @@ class Wardrobe:
             makeup.scattering, makeup.both_engines = "CLOSURES", True
             for _ in bake_steps(stage.obj, stage.scene):
                 pass
-            for name in names[3:8]:
+            for name in textures:
                 image = getattr(makeup, name)
                 if image is not None and image != before[name]:
                     image.pack()
