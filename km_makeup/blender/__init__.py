@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 
 from . import ui
-from .update import after_undo, keep_painted_maps
+from .update import after_undo, finish_textures, keep_painted_maps
 
 _commands: list[object] = []
 _HANDLERS = (
@@ -13,6 +13,7 @@ _HANDLERS = (
     ("undo_post", after_undo),
     ("redo_post", after_undo),
     ("load_post", after_undo),
+    ("load_post", finish_textures),
 )
 
 

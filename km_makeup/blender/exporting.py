@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
 import tempfile
@@ -18,7 +17,7 @@ from .. import __version__
 from ..bake import Baked, Request, Shine, baking, write_picture
 from ..effects import Plan
 from ..errors import MakeupError
-from ..files import ensure_folder, replacing
+from ..files import ensure_folder, replacing, together
 from ..makeup import interface_of
 from ..makeup.flat import Surface, flattened, linear_bytes, relative_f0, srgb_bytes
 from ..spectra import bands, convert
@@ -260,9 +259,10 @@ class _Staged:
 
     def take_places(self) -> None:
         """Move all, once each has a place."""
-        with contextlib.ExitStack() as places:
+        with together(self._folder):
             for path in self.files:
-                os.replace(self._aside / path.name, places.enter_context(replacing(path)))
+                with replacing(path) as temporary:
+                    os.replace(self._aside / path.name, temporary)
 
 
 def _not_an_input(obj: bpy.types.Object, skins: Sequence[_Skin], path: Path) -> None:

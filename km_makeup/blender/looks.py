@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..bake.files import read_map, write_png
 from ..errors import MakeupError
-from ..files import ensure_folder
+from ..files import ensure_folder, together
 from ..makeup import Layer, Look, PaintedOn, interface_of
 from ..makeup.correspondence import Correspondence, Head, finding, lay, near_paint, transferred
 from ..makeup.landmarks import NEEDED, propose
@@ -303,19 +303,20 @@ def save_look(obj: bpy.types.Object, path: Path, with_head: bool = True) -> Look
     surface = surface_of(obj) if with_head else None
     folder = ensure_folder(path.parent / f"{path.stem}_maps")
     layers = []
-    for i, (layer, one) in enumerate(zip(look.layers, values)):
-        name = f"{folder.name}/{i + 1}-{layer.product}.png"
-        write_png(path.parent / name, one if one.dtype == np.uint8 else _bytes(one))
-        layers.append(replace(layer, map=name, channel="R"))
-    look = replace(look, layers=tuple(layers))
-    if makeup.exclusion is not None:
-        mask = images.map_values(makeup.exclusion, "R")
-        write_png(folder / "exclusion.png", mask if mask.dtype == np.uint8 else _bytes(mask))
-        look = replace(look, exclusion=f"{folder.name}/exclusion.png")
-    if surface is not None:
-        surface.save(folder / "head.npz")
-        look = replace(look, head=_painted_on(obj, f"{folder.name}/head.npz"))
-    look.save(path)
+    with together(path.parent):
+        for i, (layer, one) in enumerate(zip(look.layers, values)):
+            name = f"{folder.name}/{i + 1}-{layer.product}.png"
+            write_png(path.parent / name, one if one.dtype == np.uint8 else _bytes(one))
+            layers.append(replace(layer, map=name, channel="R"))
+        look = replace(look, layers=tuple(layers))
+        if makeup.exclusion is not None:
+            mask = images.map_values(makeup.exclusion, "R")
+            write_png(folder / "exclusion.png", mask if mask.dtype == np.uint8 else _bytes(mask))
+            look = replace(look, exclusion=f"{folder.name}/exclusion.png")
+        if surface is not None:
+            surface.save(folder / "head.npz")
+            look = replace(look, head=_painted_on(obj, f"{folder.name}/head.npz"))
+        look.save(path)
     return look
 
 

@@ -122,3 +122,18 @@ def keep_painted_maps(*_: object) -> None:
 
     for image in unsaved_maps():
         image.pack()
+
+
+@bpy.app.handlers.persistent
+def finish_textures(*_: object) -> None:
+    """After opening a file: a set of textures whose bake was killed while they took their places comes in whole."""
+    from pathlib import Path
+
+    from ..files import finish_swaps
+
+    baked = [obj.km_makeup.baked_R for obj in bpy.data.objects]
+    folders = {Path(bpy.path.abspath(image.filepath)).parent for image in baked if image is not None and image.filepath}
+    came = {path for folder in folders for path in finish_swaps(folder)}
+    for image in bpy.data.images if came else ():
+        if image.filepath and Path(bpy.path.abspath(image.filepath)) in came:
+            image.reload()

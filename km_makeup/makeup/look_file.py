@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import MakeupError
-from ..files import write_text
+from ..files import finish_swaps, write_text
 from ..products import Product
 from ..products.files import product_of, product_text
 from ..products.product import Form
@@ -33,6 +33,7 @@ _HEAD = {"name", "uv_layout", "surface", "landmarks"}
 
 def read_look(file: Path) -> Look:
     """The look of a file; MakeupError, in one sentence with the file's name, where it cannot be used."""
+    finish_swaps(file.parent)
     data = _migrated(_json(file), str(file))
     where = str(file)
     layers = tuple(_layer(x, f"{where}, layer {i + 1}") for i, x in enumerate(data["layers"]))
