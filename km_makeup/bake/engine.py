@@ -12,8 +12,10 @@ bands as the tolerance allows. Work goes in tiles on all cores; the result does 
 
 from __future__ import annotations
 
+import hashlib
+import sys
 from collections.abc import Callable, Generator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -115,8 +117,8 @@ class Canvas(Protocol):
     def tile(self, start: int, stop: int) -> list[NDArray]:
         """Words to be filled for rows start to stop; called in threads."""
 
-    def done(self, start: int, stop: int, words: Sequence[NDArray]) -> None:
-        """They are filled; called once a tile, in the order of the rows."""
+    def done(self, start: int, stop: int, words: Sequence[NDArray], counts: tuple[int, int]) -> None:
+        """They are filled; called once a tile, in the order of the rows; ``counts``: texels painted, and out of gamut."""
 
 
 class MemoryCanvas:
@@ -132,7 +134,7 @@ class MemoryCanvas:
         width = self.shape[1]
         return [words[start * width : stop * width] for words in self.words]
 
-    def done(self, start: int, stop: int, words: Sequence[NDArray]) -> None:
+    def done(self, start: int, stop: int, words: Sequence[NDArray], counts: tuple[int, int]) -> None:
         """Nothing is left to do."""
 
     def planes(self) -> list[NDArray]:
@@ -157,12 +159,7 @@ def baking(request: Request) -> Generator[tuple[int, int], None, Baked]:
 
     The total may shrink when the method is known. Raises MakeupError where maps are unusable or differ in size.
     """
-    height, width = _size(request)
-    if request.skin is not None and request.skin.shape[:2] != (height, width):
-        raise MakeupError(
-            f"The skin texture is {request.skin.shape[1]}x{request.skin.shape[0]}, the maps {width}x{height}; "
-            "give both the same size."
-        )
+    height, width = size_of(request)
     canvas = MemoryCanvas(request, height, width)
     extra = len(row_tiles(height, width)) if request.skin is not None else 0
     done, total = 0, 0
@@ -176,13 +173,13 @@ def baking(request: Request) -> Generator[tuple[int, int], None, Baked]:
         yield done, total + extra
     albedo = None
     if request.skin is not None:
-        layers, ground = _layers(request, FLOAT_LEVELS[-1]), _ground(request)
-        albedo = np.array(request.skin, np.float32)
-        method = method_over_skins(ground, layers, request.skin, request.light, request.tolerance)
-        flat = albedo.reshape(-1, 3)
-        tiles = read_tiles(layers, row_tiles(height, width))
-        for _ in in_order(lambda tile: finished_tile(ground, layers, method, flat, request.light, tile), tiles):
-            done += 1
+        finishing = finished_albedo(request)
+        while True:
+            try:
+                done += next(finishing)
+            except StopIteration as end:
+                albedo = end.value
+                break
             yield done, total + extra
     planes = dict(zip(request.textures, canvas.planes()))
     return Baked(
@@ -190,46 +187,127 @@ def baking(request: Request) -> Generator[tuple[int, int], None, Baked]:
     )
 
 
-def fill(request: Request, canvas: Canvas) -> Generator[tuple[int, int], None, Count]:
-    """Compute the textures into a canvas, tile by tile; yields (done, total) and returns what was done."""
-    layers, ground = _layers(request, FLOAT_LEVELS[0]), _ground(request)
-    height, width = _size(request)
-    runs = row_tiles(height, width)
-    total, done = 2 * len(runs), 0
+def finished_albedo(request: Request) -> Generator[int, None, NDArray[np.float32]]:
+    """The stack over every texel of the request's skin texture, (height, width, 3); yields 1 a tile."""
+    assert request.skin is not None
+    height, width = size_of(request)
+    layers, ground = _layers(request, FLOAT_LEVELS[-1]), _ground(request)
+    albedo = np.array(request.skin, np.float32)
+    method = method_over_skins(ground, layers, request.skin, request.light, request.tolerance)
+    flat = albedo.reshape(-1, 3)
+    tiles = read_tiles(layers, row_tiles(height, width))
+    for _ in in_order(lambda tile: finished_tile(ground, layers, method, flat, request.light, tile), tiles):
+        yield 1
+    return albedo
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A bake whose method is chosen: what a texel becomes depends on nothing but this and its painted values.
+
+    ``found`` are the combinations that occur, where the maps have few enough.
+    """
+
+    work: Work
+    found: Combinations | None
+
+    @property
+    def digest(self) -> bytes:
+        """The same for two bakes that make the same of the same painted values."""
+        work, ground, method = self.work, self.work.ground, self.work.method
+        arrays = [method.weights.index, method.weights.R, method.weights.seen, method.weights.R_up]
+        arrays += [array for c in ground.coats for array in (c.K, c.S)]
+        if ground.reference is not None:
+            arrays += [ground.reference.rgb, ground.reference.spectrum]
+        if ground.interface is not None:
+            arrays += [np.asarray(ground.interface.k1), np.asarray(ground.interface.k2)]
+        made = hashlib.blake2b(digest_size=16)
+        for array in arrays:
+            made.update(np.ascontiguousarray(array).tobytes())
+        numbers = [(c.thickness_mm, c.powder) for c in ground.coats]
+        levels = [(layer.strength, layer.levels) for layer in work.layers]
+        rest = (numbers, levels, work.shines, str(work.dtype), work.exact, self.found is not None)
+        made.update(repr(rest).encode())
+        return made.digest()
+
+    def steps(self, runs: Sequence[tuple[int, int]]) -> int:
+        """How many steps `filling` takes for some tiles."""
+        return len(runs) + (len(combination_blocks(self.found, self.work.method.bands)) if self.found else 0)
+
+
+def preparing(request: Request) -> Generator[int, None, Prepared]:
+    """Look at the maps and choose the method; yields 1 a tile looked at."""
+    layers, ground = layers_of(request), _ground(request)
+    height, width = size_of(request)
     found: Combinations | None = None
     if all(layer.is_byte for layer in layers):
-        looking = combinations(layers, runs, max(MOST, height * width // 8))
-        while True:
-            try:
-                done += next(looking)
-            except StopIteration as end:
-                found = end.value
-                break
-            total = max(total, done + len(runs))
-            yield done, total
-    work = _work(request, ground, layers, found)
-    steps = _combined(work, found, runs, canvas) if found else _one_by_one(work, runs, canvas)
-    total = done + len(runs) + (len(combination_blocks(found, work.method.bands)) if found else 0)
-    counts = np.zeros(2, int)
+        found = yield from combinations(layers, row_tiles(height, width), max(MOST, height * width // 8))
+    return Prepared(_work(request, ground, layers, found), found)
+
+
+def looking_again(prepared: Prepared, runs: Sequence[tuple[int, int]]) -> Generator[int, None, Prepared]:
+    """The same for some of the tiles: the combinations are those that occur in them."""
+    if prepared.found is None:
+        return prepared
+    found = yield from combinations(prepared.work.layers, runs, sys.maxsize)
+    assert found is not None
+    return replace(prepared, found=found)
+
+
+def filling(
+    prepared: Prepared, runs: Sequence[tuple[int, int]], canvas: Canvas
+) -> Generator[tuple[int, int], None, None]:
+    """Compute the textures of some tiles into a canvas; yields (painted, out of gamut) a step."""
+    if prepared.found:
+        return _combined(prepared.work, prepared.found, runs, canvas)
+    return _one_by_one(prepared.work, runs, canvas)
+
+
+def fill(request: Request, canvas: Canvas) -> Generator[tuple[int, int], None, Count]:
+    """Compute the textures into a canvas, tile by tile; yields (done, total) and returns what was done."""
+    height, width = size_of(request)
+    runs = row_tiles(height, width)
+    total, done = 2 * len(runs), 0
+    looking = preparing(request)
     while True:
         try:
-            counts += next(steps)
-        except StopIteration:
+            done += next(looking)
+        except StopIteration as end:
+            prepared: Prepared = end.value
             break
+        total = max(total, done + len(runs))
+        yield done, total
+    total = done + prepared.steps(runs)
+    counts = np.zeros(2, int)
+    for step in filling(prepared, runs, canvas):
+        counts += step
         done += 1
         yield done, total
-    return Count(
-        covered=found.covered if found else int(counts[0]),
-        distinct=found.levels.shape[1] - 1 if found else 0,
-        out_of_gamut=int(counts[1]),
-        bands=work.method.bands,
-        error=work.method.error,
-    )
+    return counted(prepared, counts)
 
 
-def _size(request: Request) -> tuple[int, int]:
+def counted(prepared: Prepared, counts: NDArray) -> Count:
+    """What was done, from the texels painted and out of gamut."""
+    found, method = prepared.found, prepared.work.method
+    distinct = found.levels.shape[1] - 1 if found else 0
+    return Count(int(counts[0]), distinct, int(counts[1]), method.bands, method.error)
+
+
+def size_of(request: Request) -> tuple[int, int]:
+    """(height, width) of the maps; MakeupError where they differ, or the skin texture from them."""
     layers = _layers(request, FLOAT_LEVELS[0])
-    return check_same_size([(layer.name, layer.source) for layer in layers])
+    height, width = check_same_size([(layer.name, layer.source) for layer in layers])
+    if request.skin is not None and request.skin.shape[:2] != (height, width):
+        raise MakeupError(
+            f"The skin texture is {request.skin.shape[1]}x{request.skin.shape[0]}, the maps {width}x{height}; "
+            "give both the same size."
+        )
+    return height, width
+
+
+def layers_of(request: Request) -> list[Painted]:
+    """The layers as a bake looks at them first."""
+    return _layers(request, FLOAT_LEVELS[0])
 
 
 def _ground(request: Request) -> Ground:
@@ -280,15 +358,16 @@ def _combined(
     outside = np.concatenate([part.outside for part in parts])
     count_outside = bool(outside.any())
 
-    def take(tile: Tile) -> tuple[Tile, list[NDArray], int]:
+    def take(tile: Tile) -> tuple[Tile, list[NDArray], tuple[int, int]]:
         code, words = found.of(tile), canvas.tile(tile.start, tile.stop)
         for table, target in zip(tables, words):
             table.take(code, out=target, mode="clip")  # "raise" would copy
-        return tile, words, int(np.count_nonzero(outside.take(code))) if count_outside else 0
+        beyond = int(np.count_nonzero(outside.take(code))) if count_outside else 0
+        return tile, words, (int(np.count_nonzero(code)), beyond)
 
-    for tile, words, count in in_order(take, read_tiles(work.layers, runs)):
-        canvas.done(tile.start, tile.stop, words)
-        yield 0, count
+    for tile, words, counts in in_order(take, read_tiles(work.layers, runs)):
+        canvas.done(tile.start, tile.stop, words, counts)
+        yield counts
 
 
 def _one_by_one(work: Work, runs: Sequence[tuple[int, int]], canvas: Canvas) -> Generator[tuple[int, int], None, None]:
@@ -303,5 +382,5 @@ def _one_by_one(work: Work, runs: Sequence[tuple[int, int]], canvas: Canvas) -> 
         return tile, words, by_texel(work, singles, tile, words)
 
     for tile, words, counts in in_order(compute, read_tiles(work.layers, runs)):
-        canvas.done(tile.start, tile.stop, words)
+        canvas.done(tile.start, tile.stop, words, counts)
         yield counts

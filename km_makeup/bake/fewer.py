@@ -86,10 +86,10 @@ def fitted(ground: Ground, layers: Sequence[Painted], tolerance: float) -> Metho
     truth = on_skin([c.at(v) for c, v in zip(ground.coats, exact)], ground.interface)
     W = ground.bands.weights
     seen = truth.R if ground.reference is None else truth.over(ground.reference.spectrum)
-    right = [truth.R @ W, (truth.T2 if ground.reference is None else seen) @ W, truth.R_up @ W]
+    spectra = (truth.R, truth.T2 if ground.reference is None else seen, truth.R_up)
+    right = [in_order_rgb(one, W) for one in spectra]
     wanted = _texture_values(right, ground.reference)
     fit, check = slice(0, None, 2), slice(1, None, 2)
-    spectra = (truth.R, truth.T2 if ground.reference is None else seen, truth.R_up)
     for index in candidates(ground.bands.wavelengths):
         prior = interpolating(ground.bands.wavelengths, index, W)
         solved = [solve(s[fit][:, index], rgb[fit], prior) for s, rgb in zip(spectra, right)]
@@ -136,7 +136,7 @@ def solve(at_bands: NDArray, rgb: NDArray, prior: NDArray) -> NDArray:
     that they come out the same on any number of cores.
     """
     rows = np.vstack([at_bands, np.ones(at_bands.shape[1])])
-    missing = np.vstack([rgb, np.ones(3)]) - rows @ prior
+    missing = np.vstack([rgb, np.ones(3)]) - in_order_rgb(rows, prior)
     out = prior.copy()
     for channel in range(3):
         scale = np.append(np.maximum(np.abs(rgb[:, channel]), DARKEST) ** (-2 / 3), 100)
@@ -144,8 +144,26 @@ def solve(at_bands: NDArray, rgb: NDArray, prior: NDArray) -> NDArray:
         gram = np.einsum("ni,nj->ij", scaled, scaled)
         right = np.einsum("ni,n->i", scaled, target)
         gram += RIDGE * np.trace(gram) / len(gram) * np.eye(len(gram))
-        out[:, channel] += np.linalg.solve(gram, right)
+        out[:, channel] += _solve_positive(gram, right)
     return out
+
+
+def _solve_positive(A: NDArray, b: NDArray) -> NDArray:
+    """x of A x = b for a symmetric positive definite A, by Cholesky's method; LAPACK's result depends on the number of cores."""
+    count = len(b)
+    L, y, x = np.zeros_like(A), np.zeros_like(b), np.zeros_like(b)
+    for j in range(count):
+        column = A[j:, j] - np.einsum("ik,k->i", L[j:, :j], L[j, :j])
+        L[j:, j] = column / np.sqrt(column[0])
+        y[j] = (b[j] - np.einsum("k,k->", L[j, :j], y[:j])) / L[j, j]
+    for j in reversed(range(count)):
+        x[j] = (y[j] - np.einsum("k,k->", L[j + 1 :, j], x[j + 1 :])) / L[j, j]
+    return x
+
+
+def in_order_rgb(spectra: NDArray, weights: NDArray) -> NDArray:
+    """RGB (..., 3) of spectra (..., bands), summed without BLAS, whose order of sums depends on the number of cores."""
+    return np.einsum("nb,bc->nc", spectra, weights)
 
 
 def interpolating(wavelengths: NDArray, index: NDArray[np.intp], weights: NDArray) -> NDArray:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Mapping
 from pathlib import Path
 from types import ModuleType
@@ -12,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MakeupError
-from ..files import replacing
+from ..files import common_folder, replacing, together
 from ..makeup.maps import CHANNELS, check_map
 
 ROWS = 64
@@ -87,15 +86,15 @@ def write_exr(path: Path, pixels: NDArray, half: bool = True, metadata: Mapping[
 def write_exrs(pictures: Mapping[Path, NDArray], half: bool = True, metadata: Mapping[str, str] | None = None) -> None:
     """OpenEXR files of linear values (height, width, channels), bottom row first: all of them or none.
 
-    Each is written to a temporary name first; only when all are whole do they take their places.
+    Each is written to a temporary name first; only when all are whole do they take their places (`files.together`).
 
     ``half`` writes 16-bit floats, otherwise 32-bit. ``metadata`` goes into the header; no time of day is
     written, so that the same pixels give the same bytes.
     """
-    with contextlib.ExitStack() as places:
+    with together(common_folder(pictures)):
         for path, pixels in pictures.items():
-            temporary = places.enter_context(replacing(Path(path)))
-            _write_exr(temporary, Path(path), pixels, half, metadata or {})
+            with replacing(Path(path)) as temporary:
+                _write_exr(temporary, Path(path), pixels, half, metadata or {})
 
 
 def _write_exr(file: Path, path: Path, pixels: NDArray, half: bool, metadata: Mapping[str, str]) -> None:
@@ -145,15 +144,15 @@ class ExrWriter:
             return
         if not closed:
             raise MakeupError(f"Cannot write {self._path} ({self._target.geterror().strip()}); is the disk full?")
-        _check_end(self._oiio, self._file, self._path)
+        check_end(self._file, self._path)
 
 
-def _check_end(oiio: ModuleType, file: Path, path: Path) -> None:
+def check_end(file: Path, path: Path) -> None:
     """MakeupError where the last rows of a file just written cannot be read.
 
     What a full disk refuses at the very end, when the file is closed, OpenImageIO does not report.
     """
-    source = oiio.ImageInput.open(str(file))
+    source = _oiio().ImageInput.open(str(file))
     whole = False
     if source is not None:
         spec = source.spec()
@@ -187,4 +186,4 @@ def write_picture(file: Path, path: Path, pixels: NDArray, metadata: Mapping[str
     if target is None or not target.open(str(file), spec) or not target.write_image(np.ascontiguousarray(rows)):
         raise MakeupError(f"Cannot write {path} ({oiio.geterror().strip()}); check the folder and the free space.")
     target.close()
-    _check_end(oiio, file, path)
+    check_end(file, path)

@@ -12,7 +12,7 @@ from ..makeup.coat import on_skin
 from ..spectra import delta_e, upsample_skin
 from ..spectra.lights import Light
 from .colours import Table, film_table, optics, to_rgb
-from .fewer import MARGIN, Ground, candidates, interpolating, sample, solve
+from .fewer import MARGIN, Ground, candidates, in_order_rgb, interpolating, sample, solve
 from .levels import Painted, Tile
 
 BLOCK = 1024
@@ -42,7 +42,7 @@ def method_over_skins(
         truth = on_skin(
             [c.at(layer.exact(v)) for c, layer, v in zip(ground.coats, layers, stored)], ground.interface
         ).over(rho)
-        wanted = truth @ ground.bands.weights
+        wanted = in_order_rgb(truth, ground.bands.weights)
         levels = [layer.level(v) for layer, v in zip(layers, stored)]
         fit, check = slice(0, None, 2), slice(1, None, 2)
         for index in candidates(ground.bands.wavelengths):

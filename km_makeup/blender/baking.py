@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import bpy
@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import __version__
-from ..bake import Baked, Request, Shine, baking, write_exrs
+from ..bake import ArrayRows, Request, Shine
+from ..bake.stream import baking_to_files
 from ..effects import Plan
 from ..errors import MakeupError
 from ..files import ensure_folder
@@ -71,18 +72,18 @@ def bake_steps(obj: bpy.types.Object, scene: bpy.types.Scene) -> Generator[tuple
         )
     request = _request(obj, plan)
     folder = ensure_folder(Path(bpy.path.abspath(makeup.folder)))
-    baked = yield from baking(request)
-    files = _write(obj, plan, request, baked, folder)
+    files = _files(obj, request, folder)
+    count = yield from baking_to_files(_top_first(request), files, _metadata(obj, plan, request))
     _use(obj, files)
     refresh(obj, scene)
     return BakeReport(
         files,
         request.maps[0].shape[0] * request.maps[0].shape[1],
-        baked.covered,
-        baked.distinct,
-        baked.bands,
-        baked.error,
-        baked.out_of_gamut,
+        count.covered,
+        count.distinct,
+        count.bands,
+        count.error,
+        count.out_of_gamut,
     )
 
 
@@ -168,26 +169,28 @@ def resized(values: NDArray, size: int | tuple[int, ...] | None) -> NDArray:
     return grid
 
 
-def _write(obj: bpy.types.Object, plan: Plan, request: Request, baked: Baked, folder: Path) -> dict[str, Path]:
+def _top_first(request: Request) -> Request:
+    """The same for files, whose first row is the top one; Blender's is the bottom one."""
+    skin = None if request.skin is None else request.skin[::-1]
+    return replace(request, maps=[ArrayRows(np.asarray(one)[::-1]) for one in request.maps], skin=skin)
+
+
+def _files(obj: bpy.types.Object, request: Request, folder: Path) -> dict[str, Path]:
+    keys = [*request.textures, *(["albedo"] if request.skin is not None else [])]
+    return {key: folder / f"{bpy.path.clean_name(obj.name)}_{key}.exr" for key in keys}
+
+
+def _metadata(obj: bpy.types.Object, plan: Plan, request: Request) -> dict[str, str]:
+    """What made the textures, for their headers."""
     products, coats = stack_of(obj, plan)
-    metadata = {
+    return {
         "version": __version__,
         "layers": "; ".join(f"{p.id} {1000 * c.thickness_mm:g} um" for p, c in zip(products, coats)),
         "light": request.bands.light,
         "working_space": request.bands.space,
         "skin_reference": " ".join(f"{c:.6f}" for c in request.reference) if request.reference is not None else "",
-        "bands": str(baked.bands),
         "formula": "R + T2 c / (1 - R_up c), c the colour of the bare skin",
     }
-    pictures = {"R": baked.R[..., :3], "T2": baked.T2[..., :3], "R_up": baked.R_up[..., :3]}
-    if baked.finish is not None:
-        pictures["finish"] = baked.finish[..., :3]
-    if baked.albedo is not None:
-        pictures["albedo"] = baked.albedo
-    name = bpy.path.clean_name(obj.name)
-    files = {key: folder / f"{name}_{key}.exr" for key in pictures}
-    write_exrs({files[key]: pictures[key] for key in pictures}, not obj.km_makeup.full_float, metadata)
-    return files
 
 
 def _use(obj: bpy.types.Object, files: dict[str, Path]) -> None:

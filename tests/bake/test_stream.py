@@ -76,11 +76,11 @@ def test_a_map_that_ends_too_early_leaves_the_files_that_were_there(tmp_path):
 
 
 def test_a_file_that_cannot_be_closed_leaves_all_that_were_there(tmp_path, monkeypatch):
-    def full_disk(oiio, file, path):
-        if path.name == "T2.exr":
+    def full_disk(file, path):
+        if path.name.endswith("T2.exr"):
             raise MakeupError("is the disk full?")
 
-    monkeypatch.setattr(files, "_check_end", full_disk)
+    monkeypatch.setattr(files, "check_end", full_disk)
     for name in ("R", "T2", "R_up"):
         (tmp_path / f"{name}.exr").write_bytes(b"last good")
     with pytest.raises(MakeupError, match="disk full"):
@@ -106,6 +106,27 @@ def test_files_that_do_not_do_are_refused(tmp_path, name, channel, message):
         FileRows(tmp_path / name, channel)
 
 
-def test_the_finished_albedo_is_not_made_in_pieces(tmp_path):
-    with pytest.raises(MakeupError, match="finished albedo"):
-        through_files(request(skin=np.zeros((*SIZE, 3), np.float32)), tmp_path)
+def test_the_finished_albedo_is_written_with_them(tmp_path):
+    skin = np.random.default_rng(3).uniform(0.1, 0.6, (*SIZE, 3)).astype(np.float32)
+    asked = request(maps=[ArrayRows(m[::-1]) for m in byte_maps()], skin=skin[::-1])
+    paths = {name: tmp_path / f"{name}.exr" for name in (*asked.textures, "albedo")}
+    times = []
+    for _ in range(2):
+        list(baking_to_files(asked, paths))
+        pixels, _ = read_image(paths["albedo"])
+        whole = bake(request(maps=byte_maps(), skin=skin))
+        np.testing.assert_allclose(pixels[::-1], whole.albedo, atol=1e-6)
+        times.append(paths["albedo"].stat().st_mtime_ns)
+    assert times[0] == times[1]
+
+
+def test_the_finished_albedo_follows_the_skin_and_the_maps(tmp_path):
+    skin = np.full((*SIZE, 3), 0.4, np.float32)
+    paths = {name: tmp_path / f"{name}.exr" for name in ("R", "T2", "R_up", "albedo")}
+    seen = set()
+    painted = byte_maps()
+    for values, under in ((painted, skin), (painted, skin * 0.9), ([m // 2 for m in painted], skin * 0.9)):
+        for _ in baking_to_files(request(maps=[ArrayRows(m) for m in values], skin=under), paths):
+            pass
+        seen.add(read_image(paths["albedo"])[0].tobytes())
+    assert len(seen) == 3

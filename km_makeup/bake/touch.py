@@ -1,0 +1,131 @@
+"""Textures kept up with strokes: the rectangle that a stroke changed is found and computed, by the method of the whole bake.
+
+The patch holds what a whole bake by that method would put there, bit by bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .combinations import Combinations
+from .engine import MOST, MemoryCanvas, Prepared, Request, filling, looking_again, preparing
+from .levels import BYTE_LEVELS, ArrayRows
+from .tiles import row_tiles
+
+DIGITS = 8
+"""Byte maps whose combinations are numbers of 64 bits; with more of them the whole is baked."""
+
+
+@dataclass(frozen=True)
+class Rectangle:
+    """Rows ``top`` to ``bottom`` and columns ``left`` to ``right`` of a map, the last ones not included."""
+
+    top: int
+    bottom: int
+    left: int
+    right: int
+
+    @property
+    def slices(self) -> tuple[slice, slice]:
+        """For indexing arrays (height, width, ...)."""
+        return slice(self.top, self.bottom), slice(self.left, self.right)
+
+    def joined(self, other: Rectangle) -> Rectangle:
+        """The smallest one that holds both."""
+        return Rectangle(
+            min(self.top, other.top),
+            max(self.bottom, other.bottom),
+            min(self.left, other.left),
+            max(self.right, other.right),
+        )
+
+
+@dataclass(frozen=True)
+class Patch:
+    """New texels of every texture, (rows, columns, 4) each, and where they belong."""
+
+    place: Rectangle
+    textures: Sequence[NDArray]
+
+
+def changed(old: NDArray, new: NDArray) -> Rectangle | None:
+    """The smallest rectangle outside which two maps (height, width) of one type are equal; None where they are everywhere."""
+    rows = np.flatnonzero(_row_differs(old, new))
+    if not len(rows):
+        return None
+    top, bottom = int(rows[0]), int(rows[-1]) + 1
+    columns = np.flatnonzero((old[top:bottom] != new[top:bottom]).any(axis=0))
+    return Rectangle(top, bottom, int(columns[0]), int(columns[-1]) + 1)
+
+
+def _row_differs(old: NDArray, new: NDArray) -> NDArray[np.bool_]:
+    """Which rows differ, eight bytes at a time where rows are made of such."""
+    width = old.shape[1] * old.itemsize
+    if width % 8 == 0 and old.flags.c_contiguous and new.flags.c_contiguous:
+        old, new = old.view(np.uint64), new.view(np.uint64)
+    return (old != new).any(axis=1)
+
+
+def _packed(found: Combinations | None) -> NDArray[np.uint64]:
+    """Combinations as numbers, sorted; none where texels are computed one by one."""
+    if found is None:
+        return np.zeros(0, np.uint64)
+    key = np.zeros(found.levels.shape[1], np.uint64)
+    for levels in found.levels:
+        key = key * np.uint64(BYTE_LEVELS) + levels.astype(np.uint64)
+    return np.unique(key)
+
+
+class Kept:
+    """The maps that textures were made of, and the method; strokes are told to `touch`."""
+
+    def __init__(self, request: Request) -> None:
+        """Look at the maps and choose the method; takes about as long as half of a bake."""
+        looking = preparing(request)
+        while True:
+            try:
+                next(looking)
+            except StopIteration as end:
+                self._prepared: Prepared = end.value
+                break
+        self.maps = [np.array(one) for one in request.maps]
+        self._request = request
+        self._seen = _packed(self._prepared.found)
+
+    def touch(self, layer: int, values: NDArray) -> Patch | None:
+        """What a stroke changed, where the layer's map now holds ``values`` (height, width); None where nothing did.
+
+        The patch is empty (no textures) where the stroke made so many new combinations that the method of a whole bake is
+        another one: then the whole has to be baked.
+        """
+        place = changed(self.maps[layer], values)
+        if place is None:
+            return None
+        self.maps[layer][place.slices] = values[place.slices]
+        return Patch(place, self._computed(place))
+
+    def _computed(self, place: Rectangle) -> Sequence[NDArray]:
+        work = self._prepared.work
+        pieces = [ArrayRows(np.ascontiguousarray(one[place.slices])) for one in self.maps]
+        layers = [replace(layer, source=piece) for layer, piece in zip(work.layers, pieces)]
+        height, width = pieces[0].shape
+        runs = row_tiles(height, width)
+        looking = looking_again(replace(self._prepared, work=replace(work, layers=layers)), runs)
+        while True:
+            try:
+                next(looking)
+            except StopIteration as end:
+                here: Prepared = end.value
+                break
+        if here.found is not None:
+            self._seen = np.union1d(self._seen, _packed(here.found))
+            if len(self._seen) > MOST or len(self.maps) > DIGITS:
+                return ()
+        canvas = MemoryCanvas(self._request, height, width)
+        for _ in filling(here, runs, canvas):
+            pass
+        return canvas.planes()
