@@ -14,7 +14,8 @@ from ..errors import MakeupError
 from ..files import ensure_folder, replacing
 from ..jobs import BakeJob, ExportJob, HeadJob, RenderJob, RenderResult
 from ..makeup import Look
-from . import baking, exporting, looks, makeup, register, rendering, studio
+from ..makeup.book import Book
+from . import baking, exporting, lookbook, looks, makeup, register, rendering, studio
 from .doctor import Finding, examine
 from .library import library
 from .reference import make_reference
@@ -147,6 +148,16 @@ def run_export(job: ExportJob) -> list[Path]:
     report = exporting.export_all(obj, bpy.context.scene, export)
     log.info("%s", report)
     return report.files
+
+
+def run_lookbook(book: Book, out: Path, chunk: tuple[int, int], pictures: bool, sheets: bool) -> lookbook.Made:
+    """Make the pictures of a chunk (number, count), the contact sheets, or both."""
+    ensure_registered()
+    out = ensure_folder(out).resolve()
+    made = lookbook.make_pictures(book, book.chunk(*chunk), out) if pictures else lookbook.Made()
+    if sheets:
+        lookbook.make_sheets(book, out, made)
+    return made
 
 
 def _prepare(job: HeadJob, bare: bool) -> bpy.types.Object:
