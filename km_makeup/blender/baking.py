@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Generator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from .. import __version__
 from ..bake import ArrayRows, Request, Shine
+from ..bake.islands import Dilation, dilation
 from ..bake.stream import baking_to_files
 from ..effects import Plan
 from ..errors import MakeupError
@@ -19,6 +21,7 @@ from ..files import ensure_folder
 from ..makeup import interface_of
 from ..spectra import bands
 from . import images
+from .heads import surface_of
 from .makeup import light_of, plan_of, refresh, skin_under, stack_of
 from .update import paused
 
@@ -130,16 +133,35 @@ def _request(obj: bpy.types.Object, plan: Plan) -> Request:
 def layer_maps(
     obj: bpy.types.Object, layers: list[bpy.types.PropertyGroup], size: int | tuple[int, ...] | None
 ) -> list[NDArray]:
-    """The layers' maps at one size: the one that was asked for, else that of the largest; without what is excluded."""
+    """The layers' maps at one size: the one that was asked for, else that of the largest; without what is excluded.
+
+    Texels past the edges of the UV islands hold the value of the nearest texel on the surface, so that no seam shows.
+    """
     makeup = obj.km_makeup
     maps = [images.map_values(layer.map, layer.channel) for layer in layers]
     size = size or max((values.shape for values in maps), key=lambda shape: shape[0] * shape[1])
     maps = [resized(values, size) for values in maps]
-    if makeup.exclusion is None:
-        return maps
-    mask = resized(images.map_values(makeup.exclusion, "R"), maps[0].shape)
-    free = 1 - mask.astype(np.float32) / np.float32(255 if mask.dtype == np.uint8 else 1)
-    return [values.astype(np.float32) / np.float32(255 if values.dtype == np.uint8 else 1) * free for values in maps]
+    if makeup.exclusion is not None:
+        mask = resized(images.map_values(makeup.exclusion, "R"), maps[0].shape)
+        free = 1 - mask.astype(np.float32) / np.float32(255 if mask.dtype == np.uint8 else 1)
+        maps = [one.astype(np.float32) / np.float32(255 if one.dtype == np.uint8 else 1) * free for one in maps]
+    past = past_islands(obj, maps[0].shape)
+    return [past.fill(values) for values in maps]
+
+
+def past_islands(obj: bpy.types.Object, shape: tuple[int, ...]) -> Dilation:
+    """What carries painted values past the edges of the object's UV islands, kept until its UVs change."""
+    triangles = surface_of(obj).uv
+    key = (hashlib.blake2b(np.ascontiguousarray(triangles).tobytes()).digest(), *shape)
+    if key not in _past:
+        while len(_past) >= KEPT:
+            _past.pop(next(iter(_past)))
+        _past[key] = dilation(triangles, *shape)
+    return _past[key]
+
+
+KEPT = 4
+_past: dict[tuple, Dilation] = {}
 
 
 def skin_texture(image: bpy.types.Image, shape: tuple[int, ...], space: str) -> NDArray[np.float32]:
