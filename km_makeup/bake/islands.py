@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .touch import Rectangle
+
 MARGIN_SHARE = 64
 """Texels are filled up to this part of the map's larger side from an island: five mip levels of 2048."""
 
@@ -31,6 +33,18 @@ class Dilation:
 
     targets: NDArray[np.int64]
     sources: NDArray[np.int64]
+
+    def follow(self, values: NDArray, place: Rectangle) -> Rectangle:
+        """Fill a map in place after the texels of a rectangle were given as painted; the rectangle of all that changed."""
+        width = values.shape[1]
+        some = place.holds(self.sources, width) | place.holds(self.targets, width)
+        targets, flat = self.targets[some], values.reshape(-1)
+        flat[targets] = flat[self.sources[some]]
+        if not len(targets):
+            return place
+        y, x = np.divmod(targets, width)
+        around = Rectangle(int(y.min()), int(y.max()) + 1, int(x.min()), int(x.max()) + 1)
+        return place.joined(around)
 
     def fill(self, values: NDArray) -> NDArray:
         """A copy of a map (height, width) with its values carried outwards."""

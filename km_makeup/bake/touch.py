@@ -34,6 +34,26 @@ class Rectangle:
         """For indexing arrays (height, width, ...)."""
         return slice(self.top, self.bottom), slice(self.left, self.right)
 
+    def aligned(self, step: int, height: int, width: int) -> Rectangle:
+        """The smallest one around it whose sides lie on multiples of ``step``, within a map."""
+        return Rectangle(
+            self.top // step * step,
+            min(-(-self.bottom // step) * step, height),
+            self.left // step * step,
+            min(-(-self.right // step) * step, width),
+        )
+
+    def grown(self, by: int, height: int, width: int) -> Rectangle:
+        """It with so many more rows and columns on each side, within a map."""
+        return Rectangle(
+            max(self.top - by, 0), min(self.bottom + by, height), max(self.left - by, 0), min(self.right + by, width)
+        )
+
+    def holds(self, texels: NDArray, width: int) -> NDArray[np.bool_]:
+        """Which of some texels (flat indices) lie in it."""
+        y, x = np.divmod(texels, width)
+        return (y >= self.top) & (y < self.bottom) & (x >= self.left) & (x < self.right)
+
     def joined(self, other: Rectangle) -> Rectangle:
         """The smallest one that holds both."""
         return Rectangle(
@@ -106,6 +126,10 @@ class Kept:
         if place is None:
             return None
         self.maps[layer][place.slices] = values[place.slices]
+        return self.patch(place)
+
+    def patch(self, place: Rectangle) -> Patch:
+        """The textures in a rectangle, from `maps` as they are."""
         return Patch(place, self._computed(place))
 
     def _computed(self, place: Rectangle) -> Sequence[NDArray]:
