@@ -32,12 +32,6 @@ EXAMPLES = {
     "  km_makeup render head.blend --look look.json --view front,close-up --reference 512 --out pictures",
     "bake": "example:\n  km_makeup bake head.blend --look look.json --resolution 4096 --out textures",
     "export": "example:\n  km_makeup export head.blend --look look.json --out exported --gltf",
-    "lookbook": "example:\n  km_makeup lookbook book.json --out lookbook\n  km_makeup lookbook book.json --out lookbook --chunk 2/8\n"
-    "  km_makeup lookbook --template job.json   (an Open Job Description: the same on a render farm)\n"
-    "book.json, all but the head with a default:\n"
-    '  {"head": "head.blend", "skins": [{"name": "light"}, {"name": "deep", "texture": "deep.png"}],\n'
-    '   "looks": ["bare", "day.json"], "products": ["lipstick-berry=lips.png@15um"], "views": ["front", "close-up"],\n'
-    '   "engine": "eevee", "colour": "baked", "size": "400x500", "samples": 16}',
     "doctor": "example:\n  km_makeup doctor",
 }
 
@@ -56,12 +50,13 @@ def parser() -> argparse.ArgumentParser:
     _render_parser(_command(commands, "render", "render a head with makeup to PNG or EXR", _render))
     _bake_parser(_command(commands, "bake", "bake the makeup of a head to textures", _bake))
     _export_parser(_command(commands, "export", "export a head with makeup as plain textures and glTF", _export))
-    about = "render skins x looks x products x views, as pictures and contact sheets"
-    _lookbook_parser(_command(commands, "lookbook", about, _lookbook))
     _command(commands, "doctor", "check Blender, packages, products and a small computation", _doctor)
     from .accuracy.commands import add_accuracy_command
 
     _look_parser(commands)
+    from .lookbook import add_lookbook_command
+
+    add_lookbook_command(commands, _blender_aside)
     from .products.commands import add_products_command
 
     add_products_command(commands)
@@ -151,18 +146,6 @@ def _export_parser(sub: argparse.ArgumentParser) -> None:
         help="width and height in texels (default: the largest map's or skin texture's)",
     )
     sub.add_argument("--out", default="makeup_export", help="folder for the files (default: makeup_export)")
-
-
-def _lookbook_parser(sub: argparse.ArgumentParser) -> None:
-    sub.add_argument("book", nargs="?", help="a JSON file that says what is pictured; its paths are relative to it")
-    sub.add_argument("--out", default="lookbook", help="folder for textures, pictures and sheets (default: lookbook)")
-    what = sub.add_mutually_exclusive_group()
-    what.add_argument("--chunk", metavar="I/N", help="the pictures of chunk I of N alone, without sheets")
-    what.add_argument("--sheets", action="store_true", help="the contact sheets alone, of pictures that are there")
-    what.add_argument("--template", metavar="FILE", help="write an Open Job Description template for lookbooks")
-    sub.add_argument(
-        "--products-folder", dest="products", action="append", default=[], help="a further folder of products"
-    )
 
 
 class _Ended(BaseException):
@@ -465,47 +448,6 @@ def _bake(options: argparse.Namespace) -> int:
         for path in files.values():
             print(path)
     return OK
-
-
-def _lookbook(options: argparse.Namespace) -> int:
-    from .files import ensure_folder, write_text
-    from .makeup.book import read_book
-
-    if options.template:
-        target = _path(options.template)
-        ensure_folder(target.parent)
-        template = Path(__file__).parent / "makeup" / "lookbook_job.json"
-        write_text(target, template.read_text(encoding="utf-8"))
-        print(target)
-        return OK
-    if not options.book:
-        raise MakeupError("No lookbook is given; write km_makeup lookbook BOOK.json (see --help for what it holds).")
-    _more_products(options.products)
-    number, count = _chunk(options.chunk) if options.chunk else (1, 1)
-    book = read_book(_path(options.book))
-    with _blender_aside():
-        from .blender.commands import run_lookbook
-
-        made = run_lookbook(book, _path(options.out), (number, count), not options.sheets, not options.chunk)
-    for name, problem in made.failed.items():
-        print(f"km_makeup: {name}: {problem}", file=sys.stderr)
-    if options.json:
-        plain = {"rendered": made.rendered, "found": made.found, "sheets": made.sheets}
-        files = {key: [str(path) for path in paths] for key, paths in plain.items()}
-        print(json.dumps({**files, "bakes": made.bakes, "failed": made.failed}))
-    else:
-        for path in made.sheets or made.rendered:
-            print(path)
-    if not made.failed:
-        return OK
-    return PARTIAL if made.rendered or made.found else BAD_INPUT
-
-
-def _chunk(text: str) -> tuple[int, int]:
-    number, _, count = text.partition("/")
-    if not (number.isdigit() and count.isdigit() and 1 <= int(number) <= int(count)):
-        raise MakeupError(f"--chunk {text!r} is no chunk; write it like 2/8, from 1/8 to 8/8.")
-    return int(number), int(count)
 
 
 def _export(options: argparse.Namespace) -> int:

@@ -18,8 +18,9 @@ FLOORS = {  # a floor imports only floors of a smaller number, and itself
     "bake": 5,
     "accuracy": 6,
     "blender": 7,
-    "cli": 8,
-    "__main__": 9,
+    "lookbook": 8,
+    "cli": 9,
+    "__main__": 10,
 }
 HAND_OVER = {("blender/__init__.py", "cli")}  # Blender's own command line calls the one above, inside a function
 GROUND = 0  # modules beside the floors (errors, files): every floor may import them

@@ -33,7 +33,7 @@ def folder(tmp_path) -> Path:
     import bpy
 
     head = scenes.head("Head", radius=0.12)
-    head.data.materials.append(scenes.skin(textured=True))
+    head.data.materials.append(scenes.skin())
     scenes.studio()
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "head.blend"))
     scenes.write_map(tmp_path, "deep", np.full((32, 32, 3), 60, np.uint8))
@@ -132,7 +132,7 @@ def test_a_farm_runs_the_chunks_and_then_the_sheets(folder, lookbook):
         "--run-dependencies",
     ]
     command += [word for key, value in parameters.items() for word in ("-p", f"{key}={value}")]
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(CHECKOUT), *filter(None, sys.path)])}
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(CHECKOUT), os.environ.get("PYTHONPATH", "")])}
     ran = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
     assert ran.returncode == 0, ran.stdout[-3000:] + ran.stderr[-2000:]
     lookbook()

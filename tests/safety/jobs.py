@@ -124,6 +124,6 @@ def blender_jobs(maps: dict) -> Iterator[Job]:
     def look_again(folder: Path) -> object:
         return Look.load(folder / "look.json")
 
-    yield Job("bake in Blender", baked, read_bytes, finish_swaps)
-    yield Job("look saved in Blender", look, read_bytes, look_again)
-    yield Job(".blend saved", blend, opened, lambda folder: None)
+    yield Job("bake in Blender", baked, read_bytes, finish_swaps, False)
+    yield Job("look saved in Blender", look, read_bytes, look_again, False)
+    yield Job(".blend saved", blend, opened, lambda folder: None, False)

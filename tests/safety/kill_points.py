@@ -75,15 +75,17 @@ class Job:
     run: Callable[[Path, bool], None]
     read: Callable[[Path], dict[str, object]]
     recover: Callable[[Path], object]
+    forks: bool = True
+    """Whether it may run in a forked process; Blender, which has threads, starts anew for every point."""
 
 
-def forked(work: Callable[[], None]) -> int:
+def forked(task: Callable[[], None]) -> int:
     """Run in a forked process; its wait status."""
     child = os.fork()
     if child == 0:
         code = 1
         try:
-            work()
+            task()
             code = 0
         finally:
             if (error := sys.exception()) is not None:
@@ -101,13 +103,42 @@ def forked(work: Callable[[], None]) -> int:
     return 1 << 8
 
 
-def sweep(job: Job, kill_at: ctypes.CDLL, folder: Path, most: int | None) -> Report:
+def work(job: Job, folder: Path, new: bool, point: int, count: Path | None) -> None:
+    """Run a job in this process, which ends at a point (0: never); the points there were go to ``count``."""
+    kill_at = loaded()
+    kill_at.km_arm(str(folder).encode() if count else b"", point)
+    job.run(folder, new)
+    if count:
+        count.write_text(str(kill_at.km_seen()))
+
+
+def started(job: Job, folder: Path, new: bool, point: int = 0, count: Path | None = None) -> int:
+    """Run a job, ended at a point, in a process of its own; its wait status."""
+    if job.forks:
+        return forked(lambda: work(job, folder, new, point, count))
+    command = [sys.executable, "-W", "ignore", "-m", "tests.safety.kill_points", job.name, "--one"]
+    command.append(json.dumps([str(folder), new, point, str(count) if count else None]))
+    try:
+        ran = subprocess.run(command, cwd=stamps.ROOT, capture_output=True, timeout=3 * DEADLINE, check=False)
+    except subprocess.TimeoutExpired:
+        return 1 << 8
+    return -ran.returncode if ran.returncode < 0 else ran.returncode << 8
+
+
+def loaded() -> ctypes.CDLL:
+    """The library that this process was started with."""
+    kill_at = ctypes.CDLL(None)
+    kill_at.km_arm.argtypes, kill_at.km_seen.restype = [ctypes.c_char_p, ctypes.c_long], ctypes.c_long
+    return kill_at
+
+
+def sweep(job: Job, folder: Path, most: int | None) -> Report:
     """Kill a job at its points."""
     report = Report(job.name)
     sets = {}
     for name in ("old", "new"):
         (folder / name).mkdir()
-        if forked(lambda name=name: job.run(folder / name, name == "new")):
+        if started(job, folder / name, name == "new"):
             report.wrong.append(f"the {name} files could not be written")
             return report
         sets[name] = job.read(folder / name)
@@ -118,13 +149,8 @@ def sweep(job: Job, kill_at: ctypes.CDLL, folder: Path, most: int | None) -> Rep
         shutil.rmtree(place, ignore_errors=True)
         shutil.copytree(folder / "old", place)
 
-    def attempt(point: int) -> None:
-        kill_at.km_arm(str(place).encode(), point)
-        job.run(place, True)
-        (folder / "count").write_text(str(kill_at.km_seen()))
-
     fresh()
-    if forked(lambda: attempt(0)):
+    if started(job, place, True, 0, folder / "count"):
         report.wrong.append("the job itself failed")
         return report
     report.points = int((folder / "count").read_text())
@@ -135,7 +161,7 @@ def sweep(job: Job, kill_at: ctypes.CDLL, folder: Path, most: int | None) -> Rep
         chosen = sorted({1 + round(i * (report.points - 1) / (most - 1)) for i in range(most)})
     for point in chosen:
         fresh()
-        status = forked(lambda point=point: attempt(point))
+        status = started(job, place, True, point, folder / "count")
         if not (os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGKILL):
             continue  # threads of this run needed fewer calls
         report.killed += 1
@@ -159,7 +185,7 @@ def _judge(job: Job, place: Path, sets: dict[str, dict[str, object]], report: Re
         report.wrong.append(f"{at}: old and new files are mixed after the next start")
     report.old += after == sets["old"]
     report.new += after == sets["new"]
-    if forked(lambda: job.run(place, True)) or job.read(place) != sets["new"]:
+    if started(job, place, True) or job.read(place) != sets["new"]:
         report.wrong.append(f"{at}: the job cannot be done again")
 
 
@@ -167,15 +193,13 @@ def inside(most: int | None, names: list[str]) -> list[Report]:
     """The sweep itself, in a process that the library is loaded in."""
     from tests.safety.jobs import jobs
 
-    kill_at = ctypes.CDLL(None)
-    kill_at.km_arm.argtypes, kill_at.km_seen.restype = [ctypes.c_char_p, ctypes.c_long], ctypes.c_long
     reports = []
     for job in jobs():
         if names and job.name not in names:
             continue
         with tempfile.TemporaryDirectory() as folder:
             (Path(folder) / "sweep").mkdir()
-            reports.append(sweep(job, kill_at, (Path(folder) / "sweep").resolve(), most))
+            reports.append(sweep(job, (Path(folder) / "sweep").resolve(), most))
         print(json.dumps(vars(reports[-1])), flush=True)
     return reports
 
@@ -201,7 +225,15 @@ def main() -> int:
     parser.add_argument("jobs", nargs="*", help="names of jobs (default: all)")
     parser.add_argument("--most", type=int, help="points of each job at most; nothing is written")
     parser.add_argument("--inside", action="store_true", help="used by itself")
+    parser.add_argument("--one", help="used by itself")
     options = parser.parse_args()
+    if options.one:
+        from tests.safety.jobs import jobs
+
+        folder, new, point, count = json.loads(options.one)
+        job = next(job for job in jobs() if job.name == options.jobs[0])
+        work(job, Path(folder), new, point, Path(count) if count else None)
+        return 0
     if options.inside:
         return int(any(report.wrong for report in inside(options.most, options.jobs)))
     try:
