@@ -24,8 +24,17 @@ SAMPLE = CHECKOUT / "sample_blend" / "head.blend"
 VIEW, SIDEBAR = Box(0, 70, 1020, 660), Box(1020, 70, 270, 670)
 OUTLINER = Box(1330, 60, 180, 110)
 TABS = Box(1290, 70, 30, 670)
-PLUS = (190, 0)
-"""From the left end of a layer's name in the list to the button that adds a layer, in pixels."""
+LIST = Box(1030, 195, 215, 120)
+"""The list of layers, while the tab is at its top."""
+
+PATIENCE = 150
+"""Seconds that a busy machine may take to show what a click did."""
+
+MIDDLE = 657
+"""The middle of the face across the screen, once the head is framed."""
+
+ROW = {"add": (190, -4), "up": (190, 69), "star": 132, "eye": 153}
+"""From the left end of a layer's name, and the middle of the topmost row, to buttons of the list, in pixels."""
 
 
 class Tutorial:
@@ -35,11 +44,13 @@ class Tutorial:
         self.window, self.out = window, out
         self.taken: list[Path] = []
 
-    def run(self) -> None:
+    def run(self, last: str = "") -> None:
+        """Every step, or those up to ``last``."""
         steps: list[Callable[[], None]] = [
-            self.open_the_tab, self.select_the_head, self.set_up, self.blush, self.thickness, self.add_lipstick,
-            self.paint_lips, self.erase_and_undo, self.before, self.after, self.hide_a_layer, self.choose_another_shade,
-            self.save,
+            self.open_the_tab, self.select_the_head, self.set_up, self.blush, self.soften, self.thickness,
+            self.add_lipstick, self.paint_lips, self.erase, self.undo, self.before, self.after, self.show_alone,
+            self.hide_a_layer, self.reorder, self.open_the_picker, self.choose_another_shade, self.mask_the_brows, self.save,
+            self.bake, self.show_live, self.save_the_look, self.load_the_look, self.remove,
         ]  # fmt: skip
         for step in steps:
             start = time.monotonic()
@@ -49,15 +60,17 @@ class Tutorial:
             self.window.look().picture.save(path)
             self.taken.append(path)
             print(f"{path.name}: {time.monotonic() - start:.0f} s", flush=True)
+            if step.__name__ == last:
+                return
 
     def ready(self, seconds: float = 400) -> None:
-        """Wait until Blender has compiled its shaders and the picture has come to rest."""
+        """Wait until Blender has compiled its shaders, and then a little for the picture to come to rest."""
         end = time.monotonic() + seconds
-        while time.monotonic() < end:
-            screen = self.window.still(60, VIEW)
-            if screen.find("Compiling", Box(0, 80, 400, 90)) is None:
-                return
-        raise MissingError("Blender is still compiling shaders")
+        while self.window.look().find("Compiling", Box(0, 80, 400, 90)) is not None:
+            if time.monotonic() > end:
+                raise MissingError("Blender is still compiling shaders")
+            time.sleep(2)
+        self.window.still(12, VIEW)
 
     # -- the steps
 
@@ -69,11 +82,11 @@ class Tutorial:
         time.sleep(1)
         self.window.key("n")
         try:
-            self.window.wait("Makeup", TABS, 20, turned=True)
+            self.window.wait("Makeup", TABS, 150, turned=True)
         except MissingError:  # a window that is still starting loses keys
             self.window.key("n")
-        self.window.click("Makeup", TABS, turned=True)
-        self.window.wait("Makeup", SIDEBAR)
+        self.window.click("Makeup", TABS, turned=True, seconds=PATIENCE)
+        self.window.wait("Makeup", SIDEBAR, PATIENCE)
 
     def select_the_head(self) -> None:
         for _ in range(12):  # its row in the outliner, turning the wheel
@@ -82,84 +95,176 @@ class Tutorial:
                 self.window.click(rows[0][1])
                 break
             self.window.move(*OUTLINER.centre)
-            self.window.shell("xdotool click 5")
+            self.window.wheel(1)
             time.sleep(0.5)
         self.window.move(500, 400)
         self.window.key("KP_1", "KP_Decimal")  # from the front, framed
-        self.window.wait("Set Up Makeup", SIDEBAR)
+        self.window.wait("Set Up Makeup", SIDEBAR, PATIENCE)
 
     def set_up(self) -> None:
         self.window.click("Set Up Makeup", SIDEBAR)
-        self.window.wait("Blush, rose", SIDEBAR, 200)
+        self.window.wait("Blush, rose", LIST, 2 * PATIENCE)
         self.ready()
         self.window.move(510, 430)
-        for _ in range(3):
-            self.window.shell("xdotool click 4")  # the wheel: nearer
-            time.sleep(0.3)
+        self.window.wheel(-3)  # nearer
 
     def blush(self) -> None:
         for side in (-1, 1):
             for row in range(3):
-                y = 470 + 14 * row
-                self.window.drag([(510 + side * (70 + 14 * i), y - 6 * i) for i in range(6)])
+                y = 330 + 13 * row
+                self.window.drag([(MIDDLE + side * (78 + 11 * i), y - 6 * i) for i in range(6)])
+
+    def soften(self) -> None:
+        self.press("Soften")
+        for side in (-1, 1):
+            self.window.drag([(MIDDLE + side * (62 + 14 * i), 352 - 6 * i) for i in range(7)])
+        self.press("Paint", "Erase")
 
     def thickness(self) -> None:
         self.number("Thickness µm", "18")
 
     def add_lipstick(self) -> None:
-        name = self.window.wait("Blush, rose", SIDEBAR)
-        self.window.click((name.left + PLUS[0], name.centre[1] + PLUS[1]))
-        time.sleep(1)
+        self.window.click(self.in_row("Blush, rose", *ROW["add"]))  # type: ignore[misc]
+        time.sleep(3)
         self.window.write("classic red")
-        time.sleep(1)
+        time.sleep(2)
+        self.window.look().picture.save(self.out / "adding.png")
         self.window.key("Return")
-        self.window.wait("Lipstick, classic red", SIDEBAR, 120)
+        self.window.wait("Lipstick,", LIST, PATIENCE)
 
     def paint_lips(self) -> None:
-        self.number("Size", "24")
-        for y, half in ((560, 40), (570, 48), (582, 40), (592, 26)):
-            self.window.drag([(510 - half + 2 * half * i // 8, y) for i in range(9)])
+        self.number("Size", "16")
+        for y, half in ((374, 34), (381, 48), (393, 46), (402, 34), (408, 22)):
+            self.window.drag([(MIDDLE - half + 2 * half * i // 8, y) for i in range(9)])
 
-    def erase_and_undo(self) -> None:
-        self.window.click("Erase", SIDEBAR)
-        self.window.drag([(450 + 10 * i, 575) for i in range(13)])
-        self.ready()
+    def erase(self) -> None:
+        self.press("Erase")
+        self.window.drag([(MIDDLE - 40 + 10 * i, 392) for i in range(9)])
+
+    def undo(self) -> None:
         self.window.key("ctrl+z")
-        self.window.click("Paint", self.row_of("Erase"))
+        self.press("Paint", "Erase")
 
     def before(self) -> None:
-        self.window.click("Before", SIDEBAR)
+        self.press("Before")
 
     def after(self) -> None:
-        self.window.click("After", SIDEBAR)
+        self.press("After")
+
+    def show_alone(self) -> None:
+        self.window.click(self.in_row("Lipstick,", ROW["star"], 0))  # type: ignore[arg-type]
 
     def hide_a_layer(self) -> None:
-        name = self.window.wait("Blush, rose", SIDEBAR)
-        eye = (name.left + PLUS[0] - 37, name.centre[1])
-        self.window.click(eye)
-        self.ready()
-        self.window.click(eye)
+        self.window.click(self.in_row("Lipstick,", ROW["star"], 0))  # type: ignore[arg-type]
+        self.window.click(self.in_row("Blush, rose", ROW["eye"], 0))  # type: ignore[arg-type]
+
+    def reorder(self) -> None:
+        self.window.click(self.in_row("Blush, rose", ROW["eye"], 0))  # type: ignore[arg-type]
+        self.window.click("Blush, rose", LIST)
+        time.sleep(0.5)
+        self.window.click(self.in_row("Lipstick,", *ROW["up"]))  # type: ignore[misc]
+        time.sleep(1)
+        self.window.click("Lipstick,", LIST)
+
+    def open_the_picker(self) -> None:
+        label = self.window.wait("Product: click the swatch to choose", SIDEBAR)
+        self.window.click((1155, label.centre[1] + 70))
+        time.sleep(2)
 
     def choose_another_shade(self) -> None:
-        label = self.window.wait("Product: click the swatch to choose", SIDEBAR)
-        self.window.click((1155, label.centre[1] + 80))
-        time.sleep(2)
-        self.window.look().picture.save(self.out / "picker.png")
-        self.window.key("Escape")
+        self.window.click("Berry")
+        self.window.wait("Lipstick, berry", SIDEBAR, PATIENCE)
+
+    def mask_the_brows(self) -> None:
+        self.open("Exclusion Mask")
+        self.window.click(self.reach("New"))
+        self.window.wait("Brush Paints on Mask", SIDEBAR, PATIENCE)
+        for side in (-1, 1):
+            self.window.drag([(MIDDLE + side * (38 + 12 * i), 190 - 3 * i) for i in range(8)])
+        self.press("Brush Paints on Mask")
 
     def save(self) -> None:
         self.window.move(500, 400)
         self.window.key("ctrl+s")
 
+    def bake(self) -> None:
+        self.open("Colour & Bake")
+        self.press("Bake")
+        self.to_the_top()
+        self.window.wait("Show Live", SIDEBAR, PATIENCE)
+
+    def show_live(self) -> None:
+        self.press("Show Live")
+
+    def save_the_look(self) -> None:
+        self.open("Looks")
+        self.press("Save Look")
+        time.sleep(3)
+        self.window.look().picture.save(self.out / "save-dialog.png")
+        self.window.move(800, 450)
+        self.window.key("Return")
+
+    def load_the_look(self) -> None:
+        self.press("Load Look")
+        time.sleep(3)
+        self.window.move(800, 450)
+        self.window.click("tutorial.json")
+        time.sleep(1)
+        self.window.look().picture.save(self.out / "load-dialog.png")
+        self.window.key("Return")
+
+    def remove(self) -> None:
+        self.to_the_top()
+        self.open("Skin")
+        self.press("Remove")
+        self.to_the_top()
+        self.window.wait("Set Up Makeup", SIDEBAR, PATIENCE)
+
     # -- widgets
 
-    def row_of(self, text: str) -> Box:
-        place = self.window.wait(text, SIDEBAR)
-        return Box(SIDEBAR.left, place.top - 8, SIDEBAR.width, place.height + 16)
+    def in_row(self, name: str, right: int, down: int) -> tuple[int, int]:
+        """A point in or beside the row of the layer whose name begins so."""
+        row = self.window.wait(name, LIST, PATIENCE)
+        return row.left + right, row.centre[1] + down
+
+    def press(self, text: str, beside: str = "") -> None:
+        """Click on a button of the tab, in the row of another one where its text stands more than once."""
+        if beside:
+            place = self.reach(beside)
+            self.window.click(text, Box(SIDEBAR.left, place.top - 8, SIDEBAR.width, place.height + 16))
+        else:
+            self.window.click(self.reach(text))
+
+    def to_the_top(self) -> None:
+        self.window.move(*SIDEBAR.centre)
+        self.window.wheel(-60)
+        time.sleep(0.5)
+
+    def reach(self, text: str) -> Box:
+        """The place of a text in the tab, turning the wheel over it where it is cut off: down to its end, once more from the top."""
+        for turn in range(24):
+            place = self.window.look().find(text, SIDEBAR)
+            if place is not None and place.top < SIDEBAR.top + SIDEBAR.height - 30:
+                return place
+            if turn == 12:
+                self.to_the_top()
+                continue
+            self.window.move(*SIDEBAR.centre)
+            self.window.wheel(4)
+            time.sleep(0.5)
+        raise MissingError(f"{text!r} is nowhere in the tab")
+
+    def open(self, panel: str) -> None:
+        """Unfold a panel, and bring it up."""
+        self.window.click(self.reach(panel))
+        time.sleep(0.7)
+        self.window.move(*SIDEBAR.centre)
+        self.window.wheel(6)
+        time.sleep(0.5)
 
     def number(self, label: str, value: str) -> None:
         """Type a value into the number field right of a label: hover, Enter, the number, Enter."""
-        place = self.window.wait(label, SIDEBAR)
+        place = self.reach(label)
         self.window.move(place.left + place.width + 70, place.centre[1])
         time.sleep(0.3)
         self.window.key("Return")
@@ -170,15 +275,15 @@ class Tutorial:
         time.sleep(0.3)
 
 
-def run(out: Path, folder: Path) -> tuple[list[Path], Path]:
-    """Work the tutorial; the pictures, and the .blend that it saved."""
+def run(out: Path, folder: Path, last: str = "") -> tuple[list[Path], Path]:
+    """Work the tutorial, as far as ``last``; the pictures, and the .blend that it saved."""
     blender = installed.program()
     out.mkdir(parents=True, exist_ok=True)
     blend = Path(shutil.copy(SAMPLE, folder / "tutorial.blend"))
     window = Window(blender, installed.install(blender, folder), [str(blend)])
     tutorial = Tutorial(window, out)
     try:
-        tutorial.run()
+        tutorial.run(last)
     except MissingError:
         window.look().picture.save(out / "missing.png")
         print(window.log()[-1500:])
@@ -195,10 +300,13 @@ def main() -> int:
         epilog="Example: python -m tests.real_window.tutorial --out out/tutorial",
     )
     parser.add_argument("--out", type=Path, default=CHECKOUT / "out" / "tutorial", help="folder of the pictures")
+    parser.add_argument(
+        "--last", default="", metavar="STEP", help="the last step, such as blush (default: all of them)"
+    )
     arguments = parser.parse_args()
     try:
         with tempfile.TemporaryDirectory(prefix="km_makeup-tutorial-") as folder:
-            taken, blend = run(arguments.out, Path(folder))
+            taken, blend = run(arguments.out, Path(folder), arguments.last)
             shutil.copy(blend, arguments.out / "tutorial.blend")
     except installed.NoBlenderError as error:
         print(error, file=sys.stderr)

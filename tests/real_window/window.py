@@ -7,26 +7,31 @@ for a text as Blender's own font draws it.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import os
 import re
 import subprocess
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
+import scipy.fft
 from PIL import Image, ImageDraw, ImageFont
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 SIZE = (1600, 900)
-FONT_SIZES = (11.25, 11.4, 11.55)
+FONT_SIZES = (11.4, 11.25, 11.55)
 """Pixels of Blender's interface font at a resolution scale of 1, as measured on its labels, and a little beside it: Blender
 places each letter on its own, so that a long text is a pixel longer or shorter than drawn here.
 """
 
 ALIKE = 0.67
 """Correlation of a drawn text with a place on the screen from which on it counts as found."""
+
+SURE = 0.8
+"""Correlation from which on a place is not compared with others."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -51,28 +56,34 @@ class MissingError(Exception):
 
 
 class Screen:
-    """A picture of the screen, (height, width) grey 0..1."""
+    """A picture of the screen."""
 
     def __init__(self, picture: Image.Image, font: Path) -> None:
         self.picture = picture
-        self.grey = np.asarray(picture.convert("L"), np.float32) / 255
         self.font = font
 
+    @functools.cached_property
+    def grey(self) -> np.ndarray:
+        """Brightness (height, width) 0..1."""
+        return np.asarray(self.picture.convert("L"), np.float32) / 255
+
     def places(
-        self, text: str, within: Box = ALL, alike: float = ALIKE, turned: bool = False
+        self, text: str, within: Box = ALL, alike: float = ALIKE, turned: bool = False, enough: float = 2.0
     ) -> list[tuple[float, Box]]:
-        """Places where the text stands, best first, with their correlation; ``turned``: reading downwards, as on tabs."""
+        """Places where the text stands, best first, with their correlation; ``turned``: reading downwards, as on tabs.
+
+        No further way of drawing the text is tried once one correlates by ``enough``.
+        """
         field = self.grey[within.top : within.top + within.height, within.left : within.left + within.width]
+        patterns = [drawn(text, self.font, shift, size) for size in FONT_SIZES for shift in (0.0, 0.5)]
+        patterns = [np.rot90(one, -1) if turned else one for one in patterns]
         found: list[tuple[float, Box]] = []
-        for size, shift in ((size, shift) for size in FONT_SIZES for shift in (0.0, 0.5)):
-            pattern = drawn(text, self.font, shift, size)
-            pattern = np.rot90(pattern, -1) if turned else pattern
-            if pattern.shape[0] > field.shape[0] or pattern.shape[1] > field.shape[1]:
-                continue
-            likeness = correlation(field, pattern)
+        for pattern, likeness in correlations(field, patterns):
             for y, x in peaks(likeness, alike, pattern.shape):
                 box = Box(within.left + x, within.top + y, pattern.shape[1], pattern.shape[0])
                 found.append((float(likeness[y, x]), box))
+            if found and max(one[0] for one in found) >= enough:
+                break
         found.sort(key=lambda one: -one[0])
         kept: list[tuple[float, Box]] = []
         for likeness_, box in found:
@@ -81,12 +92,13 @@ class Screen:
         return kept
 
     def find(self, text: str, within: Box = ALL, turned: bool = False) -> Box | None:
-        """The best place of the text, or None."""
-        places = self.places(text, within, turned=turned)
+        """The best place of the text, or None; the first that is surely right is taken."""
+        places = self.places(text, within, turned=turned, enough=SURE)
         return places[0][1] if places else None
 
 
-def drawn(text: str, font: Path, shift: float, size: float = FONT_SIZES[1]) -> np.ndarray:
+@functools.lru_cache(256)
+def drawn(text: str, font: Path, shift: float, size: float = FONT_SIZES[0]) -> np.ndarray:
     """The text in white on black, (height, width) 0..1, as wide as its ink; ``shift`` in pixels to the right."""
     face = ImageFont.truetype(str(font), size)
     left, top, right, bottom = face.getbbox(text)
@@ -95,16 +107,24 @@ def drawn(text: str, font: Path, shift: float, size: float = FONT_SIZES[1]) -> n
     return np.asarray(image, np.float32) / 255
 
 
-def correlation(field: np.ndarray, pattern: np.ndarray) -> np.ndarray:
-    """Normalised cross-correlation of a pattern with every place of a field; its absolute value, so dark text counts too."""
-    h, w = pattern.shape
-    p = pattern - pattern.mean()
-    shape = (field.shape[0] + h, field.shape[1] + w)
-    spectrum = np.fft.rfft2(field, shape) * np.conj(np.fft.rfft2(p, shape))
-    product = np.fft.irfft2(spectrum, shape)[: field.shape[0] - h + 1, : field.shape[1] - w + 1]
-    total, square = (_window_sums(v, h, w) for v in (field.astype(np.float64), field.astype(np.float64) ** 2))
-    variance = np.maximum(square - total * total / (h * w), 1e-3)
-    return np.abs(product) / np.sqrt(variance * float((p * p).sum()))
+def correlations(field: np.ndarray, patterns: Sequence[np.ndarray]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Each pattern that fits, and its normalised cross-correlation with every place of a field; the absolute value, so
+    that dark text counts too.
+    """
+    patterns = [one for one in patterns if one.shape[0] <= field.shape[0] and one.shape[1] <= field.shape[1]]
+    if not patterns:
+        return
+    high, wide = (max(one.shape[axis] for one in patterns) for axis in range(2))
+    shape = tuple(scipy.fft.next_fast_len(n, real=True) for n in (field.shape[0] + high, field.shape[1] + wide))
+    seen = scipy.fft.rfft2(field, shape)
+    for pattern in patterns:
+        h, w = pattern.shape
+        p = pattern - pattern.mean()
+        product = scipy.fft.irfft2(seen * np.conj(scipy.fft.rfft2(p, shape)), shape)
+        total, square = (_window_sums(v, h, w) for v in (field.astype(np.float64), field.astype(np.float64) ** 2))
+        variance = np.maximum(square - total * total / (h * w), 1e-3)
+        inside = product[: field.shape[0] - h + 1, : field.shape[1] - w + 1]
+        yield pattern, np.abs(inside) / np.sqrt(variance * float((p * p).sum()))
 
 
 def _window_sums(field: np.ndarray, h: int, w: int) -> np.ndarray:
@@ -125,9 +145,11 @@ def peaks(likeness: np.ndarray, least: float, size: Sequence[int]) -> list[tuple
 
 
 class Window:
-    """Blender in a window of 1600x900 pixels on a display of its own."""
+    """Blender in a window of its own on a display of its own, of 1600x900 pixels; a smaller ``size`` is drawn sooner."""
 
-    def __init__(self, blender: str, user_folder: Path, arguments: Sequence[str] = (), settle: float = 0.0) -> None:
+    def __init__(
+        self, blender: str, user_folder: Path, arguments: Sequence[str] = (), size: tuple[int, int] = SIZE
+    ) -> None:
         self.blender = blender
         self.inside = in_chroot(blender)
         self.display = free_display()
@@ -137,7 +159,8 @@ class Window:
             "LIBGL_ALWAYS_SOFTWARE": "1",
             "BLENDER_USER_RESOURCES": str(user_folder),
             # Mesa's own cache is shared by every program of this user, and one that trims it ends the others by SIGBUS.
-            "MESA_SHADER_CACHE_DIR": str(user_folder / "mesa"),
+            # A folder of one's own can be kept from window to window, which then compile nothing twice.
+            "MESA_SHADER_CACHE_DIR": os.environ.get("KM_WINDOW_SHADERS") or str(user_folder / "mesa"),
         }
         self.server = self._start(
             [
@@ -155,10 +178,9 @@ class Window:
         self.hand = self._start([*self.inside, "bash"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         self._wait_for_display()
         log = open(self.folder / "blender.log", "w")  # noqa: SIM115 -- lives as long as Blender
-        geometry = ["--window-geometry", "0", "0", *(str(n) for n in SIZE)]
+        geometry = ["--window-geometry", "0", "0", *(str(n) for n in size)]
         self.process = self._start([blender, *geometry, *arguments], stdout=log, stderr=log)
         self.font = font_of(blender)
-        time.sleep(settle)
 
     def _start(self, command: Sequence[str], **options: object) -> subprocess.Popen:
         quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
@@ -222,14 +244,14 @@ class Window:
             if time.monotonic() > end:
                 screen.picture.save(self.folder / "missing.png")
                 raise MissingError(f"{text!r} is not on the screen; picture: {self.folder / 'missing.png'}")
-            time.sleep(0.2)
+            time.sleep(0.4)
 
     def still(self, seconds: float = 30.0, within: Box = ALL) -> Screen:
-        """The screen once it has not changed over half a second."""
+        """The screen once it has not changed over a second."""
         end = time.monotonic() + seconds
         before = self.look()
         while time.monotonic() < end:
-            time.sleep(0.5)
+            time.sleep(1)
             now = self.look()
             cut = np.s_[within.top : within.top + within.height, within.left : within.left + within.width]
             if np.abs(now.grey[cut] - before.grey[cut]).max() < 0.02:
@@ -271,6 +293,13 @@ class Window:
         time.sleep(0.05)
         self.shell(f"xdotool mouseup {button}")
         time.sleep(0.15)
+
+    def wheel(self, turns: int) -> None:
+        """Turn the wheel where the mouse is: down, or up by a negative number."""
+        for _ in range(abs(turns)):
+            self.shell(f"xdotool click {5 if turns > 0 else 4}")
+            time.sleep(0.02)
+        time.sleep(0.2)
 
     def key(self, *names: str) -> None:
         """Press keys by their X names, `ctrl+z` for a chord."""
