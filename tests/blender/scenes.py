@@ -150,12 +150,20 @@ def tree_lines(tree, exact: bool = True) -> Iterator[str]:
 SKIPPED = {"location", "location_absolute", "width", "height", "select", "show_options", "dimensions", "hide", "name"}
 
 
+_known: dict[str, list[str]] = {}
+
+
+def _writable(node, kind: str) -> list[str]:
+    """The settings of a kind of node, looked up once."""
+    if kind not in _known:
+        properties = node.bl_rna.properties
+        _known[kind] = [p.identifier for p in properties if not p.is_readonly and p.identifier not in SKIPPED]
+    return _known[kind]
+
+
 def _settings(node, exact: bool) -> str:
-    words = []
-    for prop in node.bl_rna.properties:
-        if prop.is_readonly or prop.identifier in SKIPPED or (not exact and prop.identifier not in KEPT):
-            continue
-        words.append(f"{prop.identifier}={_value(getattr(node, prop.identifier))}")
+    names = _writable(node, node.bl_idname)
+    words = [f"{name}={_value(getattr(node, name))}" for name in names if exact or name in KEPT]
     if exact:
         words.append(f"at={tuple(round(v, 3) for v in node.location)}")
     return " " + " ".join(words) if words else ""

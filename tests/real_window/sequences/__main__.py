@@ -28,12 +28,22 @@ COVERS = [
     "km_makeup/blender/nodes/groups.py", "km_makeup/blender/ui/layers", "km_makeup/blender/ui/layer",
     "tests/real_window/sequences",
 ]  # fmt: skip
+STOP = "stop"
+"""A file of this name beside the log: no further sequence is begun."""
+
+WINDOW = (800, 500)
+"""Small, for it is drawn by the processor."""
+
 STALLED = 240.0
 """Seconds without a finished sequence after which Blender counts as hung."""
 
 
-def run(folder: Path, first: int, count: int, length: int) -> tuple[list[dict], list[dict]]:
-    """Sequences FIRST .. FIRST+COUNT-1: what each did and its fault, and the comparison of each end with a fresh file."""
+def run(folder: Path, first: int, count: int, length: int, minutes: float) -> tuple[list[dict], list[dict]]:
+    """Sequences FIRST .. FIRST+COUNT-1: what each did and its fault, and the comparison of each end with a fresh file.
+
+    None is begun after so many ``minutes``.
+    """
+    until = time.monotonic() + 60 * minutes
     blender = installed.program()
     user = installed.install(blender, folder)
     environment = os.environ | {"BLENDER_USER_RESOURCES": str(user)}
@@ -44,12 +54,13 @@ def run(folder: Path, first: int, count: int, length: int) -> tuple[list[dict], 
     if made.returncode:
         raise SystemExit(f"the start file cannot be made:\n{(made.stdout + made.stderr)[-3000:]}")
     seed, broken = first, 0
-    while seed < first + count:
+    while seed < first + count and not (folder / STOP).exists():
         wanted = [str(folder), str(seed), str(first + count - seed), str(length)]
-        window = Window(blender, user, ["--enable-event-simulate", "--python", str(HERE / "inside.py"), "--", *wanted])
-        problem = _watch(window, folder / "log.jsonl")
+        arguments = ["--enable-event-simulate", "--python", str(HERE / "inside.py"), "--", *wanted]
+        window = Window(blender, user, arguments, WINDOW)
+        problem = _watch(window, folder / "log.jsonl", until)
         seed = max((one["seed"] for one in _lines(folder / "log.jsonl")), default=seed - 1) + 1
-        if seed < first + count:
+        if seed < first + count and not (folder / STOP).exists():
             broken += 1
             if broken > 3:  # not a page of memory that the machine could not bring back: a fault
                 with open(folder / "log.jsonl", "a", encoding="utf-8") as log:
@@ -57,7 +68,7 @@ def run(folder: Path, first: int, count: int, length: int) -> tuple[list[dict], 
                 seed, broken = seed + 1, 0
             print(f"seed {seed}: {problem[-200:]}", file=sys.stderr)
     _watch(
-        Window(blender, user, ["--python", str(HERE / "beside.py"), "--", "compare", str(folder)]),
+        Window(blender, user, ["--python", str(HERE / "beside.py"), "--", "compare", str(folder)], WINDOW),
         folder / "compared.jsonl",
     )
     return _lines(folder / "log.jsonl"), _lines(folder / "compared.jsonl")
@@ -67,12 +78,14 @@ def _lines(file: Path) -> list[dict]:
     return [json.loads(line) for line in file.read_text("utf-8").splitlines()] if file.exists() else []
 
 
-def _watch(window: Window, file: Path) -> str:
-    """Wait until Blender has ended, and close its display; how it ended."""
+def _watch(window: Window, file: Path, until: float = float("inf")) -> str:
+    """Wait until Blender has ended, and close its display; how it ended. After ``until`` it is told to begin no more."""
     last, since = -1, time.monotonic()
     try:
         while window.alive:
             time.sleep(0.5)
+            if time.monotonic() > until:
+                (file.parent / STOP).touch()
             done = len(_lines(file))
             if done != last:
                 last, since = done, time.monotonic()
@@ -116,6 +129,7 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=200, help="how many sequences (200)")
     parser.add_argument("--first", type=int, default=1, help="seed of the first (1)")
     parser.add_argument("--length", type=int, default=30, help="actions in each (30)")
+    parser.add_argument("--minutes", type=float, default=600, help="begin none after so long (600)")
     parser.add_argument("--result", action="store_true", help="write tests/results/sequences.md")
     arguments = parser.parse_args()
     if min(arguments.count, arguments.length) < 1:
@@ -123,7 +137,7 @@ def main() -> int:
     start = time.monotonic()
     try:
         with tempfile.TemporaryDirectory(prefix="km_makeup-sequences-") as folder:
-            log, compared = run(Path(folder), arguments.first, arguments.count, arguments.length)
+            log, compared = run(Path(folder), arguments.first, arguments.count, arguments.length, arguments.minutes)
     except installed.NoBlenderError as error:
         print(error, file=sys.stderr)
         return 77

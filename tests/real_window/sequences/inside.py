@@ -23,8 +23,8 @@ from tests.blender import scenes  # noqa: E402
 from tests.real_window.sequences.state import difference, head, map_bytes, state  # noqa: E402
 
 FOLDER, FIRST, COUNT, LENGTH = (kind(v) for kind, v in zip((Path, int, int, int), sys.argv[sys.argv.index("--") + 1 :]))
-SIZE = 32
-"""Texels of a map's side: few, so that six thousand actions take minutes."""
+SIZE = 128
+"""Texels of a map's side: few, so that six thousand actions take minutes, and four tiles of Blender's undo of strokes."""
 
 PRODUCTS = ("foundation-light", "blush-rose", "eyeshadow-bronze", "lipstick-classic-red", "setting-powder")
 Steps = Generator[float, None, None]
@@ -163,6 +163,9 @@ class Sequence:
         yield from self.end()
 
     def begin(self) -> Steps:
+        from bl_ext.user_default.km_makeup.km_makeup.blender import adding
+
+        adding.MAP_SIZE = SIZE
         bpy.ops.wm.open_mainfile(filepath=str(FOLDER / "start.blend"), load_ui=False)
         yield 0.1
         window, area, region = view()
@@ -296,6 +299,8 @@ class Sequence:
 
 def everything() -> Steps:
     for seed in range(FIRST, FIRST + COUNT):
+        if (FOLDER / "stop").exists():
+            break
         one = Sequence(seed)
         fault = ""
         (FOLDER / "now.txt").write_text(str(seed))
@@ -322,4 +327,5 @@ def tick() -> float | None:
 
 bpy.context.preferences.view.show_splash = False
 bpy.context.preferences.edit.undo_steps = 64
+bpy.context.preferences.filepaths.file_preview_type = "NONE"
 bpy.app.timers.register(tick, first_interval=1.0, persistent=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
+from collections.abc import Iterator
 from typing import Any
 
 import bpy
@@ -65,21 +66,26 @@ def state() -> dict[str, Any]:
 def nodes_text() -> str:
     """The nodes of the copies that carry makeup, groups inside them, and the stops of ramps; without numbered names."""
     trees = [entry.made.node_tree for entry in head().km_makeup.slots if entry.made is not None]
+    texts: dict[int, list[str]] = {}
     lines: list[str] = []
     while trees:
         tree = trees.pop(0)
-        lines += scenes.tree_lines(tree)
-        for node in sorted(tree.nodes, key=lambda n: n.name):
-            if node.bl_idname == "ShaderNodeValToRGB":
-                lines += [
-                    f"{node.name} {e.position:.6f} {[round(c, 6) for c in e.color]}" for e in node.color_ramp.elements
-                ]
-            if node.bl_idname == "ShaderNodeTexImage":
-                lines.append(f"{node.name} shows {digest(node.image)}")
-            if getattr(node, "node_tree", None):
-                trees.append(node.node_tree)
-    text = re.sub(r"<[^>]*>", "<>", "\n".join(lines))
-    return text
+        key = tree.as_pointer()
+        if key not in texts:
+            texts[key] = list(_tree_text(tree))
+        lines += texts[key]
+        trees += [node.node_tree for node in tree.nodes if getattr(node, "node_tree", None)]
+    return re.sub(r"<[^>]*>", "<>", "\n".join(lines))
+
+
+def _tree_text(tree: bpy.types.NodeTree) -> Iterator[str]:
+    yield from scenes.tree_lines(tree)
+    for node in sorted(tree.nodes, key=lambda n: n.name):
+        if node.bl_idname == "ShaderNodeValToRGB":
+            for stop in node.color_ramp.elements:
+                yield f"{node.name} {stop.position:.6f} {[round(c, 6) for c in stop.color]}"
+        if node.bl_idname == "ShaderNodeTexImage":
+            yield f"{node.name} shows {digest(node.image)}"
 
 
 def difference(expected: dict[str, Any], found: dict[str, Any]) -> str:
