@@ -99,8 +99,7 @@ def applying(
 ) -> Generator[tuple[str, float], None, Choice]:
     """`apply_look` in steps: yields what comes next and the share that is done, 0..1; ends with what was chosen."""
     choice = choose(obj, look) if method is None else Choice(method, "as asked")
-    products = [look.with_carried(library()).find(layer.product) for layer in look.layers]
-    interface_of(products)
+    products = _products_of(look)
     maps, excluded = _read_maps(look, choice.method)
     if choice.method is Method.TRANSFER and maps:
         maps, excluded = yield from _brought(obj, look, maps, excluded)
@@ -109,12 +108,36 @@ def applying(
     return choice
 
 
+def _products_of(look: Look) -> list[Product]:
+    """The products of a look's layers, those that travel in it among them; MakeupError naming look and layer."""
+    known, found = look.with_carried(library()), []
+    for number, layer in enumerate(look.layers, 1):
+        try:
+            found.append(known.find(layer.product))
+        except MakeupError as error:
+            raise MakeupError(f"{_called(look, number, layer)}: {error}") from None
+    try:
+        interface_of(found)
+    except MakeupError as error:
+        raise MakeupError(f"The look {look.name!r}: {error}") from None
+    return found
+
+
+def _called(look: Look, number: int, layer: Layer) -> str:
+    return f"The look {look.name!r}, layer {number} ({layer.name or layer.product})"
+
+
 def _read_maps(look: Look, method: Method) -> tuple[dict[int, NDArray], NDArray | None]:
     """The maps of a look by layer, and its exclusion mask; MakeupError where one is unusable."""
     if method is Method.PRODUCTS:
         return {}, None
-    paths = {i: look.map_path(layer) for i, layer in enumerate(look.layers)}
-    values = {i: read_map(path, look.layers[i].channel) for i, path in paths.items() if path}
+    paths = {i: path for i, layer in enumerate(look.layers) if (path := look.map_path(layer))}
+    values = {}
+    for i, path in paths.items():
+        try:
+            values[i] = read_map(path, look.layers[i].channel)
+        except MakeupError as error:
+            raise MakeupError(f"{_called(look, i + 1, look.layers[i])}: {error}") from None
     if values and method is Method.AS_THEY_ARE:
         check_same_size([(str(paths[i]), v) for i, v in values.items()])
     return values, read_map(look.folder / look.exclusion) if look.exclusion else None
@@ -197,7 +220,7 @@ def _lay(
         if method is not Method.PRODUCTS:
             makeup.exclusion = None if excluded is None else images.image_from_map(f"{obj.name} Exclusion", excluded)
         makeup.active = max(0, min(makeup.active, len(makeup.layers) - 1))
-        makeup.path = "LIVE"
+        makeup.path, makeup.show = "LIVE", True  # one sees what one puts on
         makeup["look"] = look.name
         makeup[EXTRA] = json.dumps(look.extra)
 
@@ -210,7 +233,7 @@ def _fill(entry: bpy.types.PropertyGroup, layer: Layer, product: Product) -> Non
     """A layer's settings from a look's."""
     entry.name, entry.product = layer.name or product.name, product.id
     entry.thickness_um = product.thickness_um if np.isnan(layer.thickness_um) else layer.thickness_um
-    entry.strength, entry.enabled, entry.channel = layer.strength, layer.enabled, layer.channel
+    entry.strength, entry.enabled, entry.solo, entry.channel = layer.strength, layer.enabled, layer.solo, layer.channel
     entry.form = layer.form.upper() or "PRODUCT"
     entry.switch = layer.plan.upper() or "AUTO"
     entry.own_finish = layer.finish is not None
@@ -225,8 +248,8 @@ def _all_or_nothing(obj: bpy.types.Object) -> Iterator[None]:
     makeup = obj.km_makeup
     layers = [{field: getattr(entry, field) for field in LAYER_FIELDS} for entry in makeup.layers]
     extras = [entry.get(EXTRA, "") for entry in makeup.layers]
-    path, exclusion, had_slots, images_before = (
-        makeup.path, makeup.exclusion, bool(makeup.slots), set(bpy.data.images),
+    path, show, exclusion, had_slots, images_before = (
+        makeup.path, makeup.show, makeup.exclusion, bool(makeup.slots), set(bpy.data.images),
     )  # fmt: skip
     try:
         yield
@@ -239,7 +262,7 @@ def _all_or_nothing(obj: bpy.types.Object) -> Iterator[None]:
                     setattr(entry, field, value)
                 if extra:
                     entry[EXTRA] = extra
-            makeup.path, makeup.exclusion = path, exclusion
+            makeup.path, makeup.show, makeup.exclusion = path, show, exclusion
             if not had_slots:
                 remove(obj, keep_layers=True)
         for image in set(bpy.data.images) - images_before:
@@ -261,6 +284,7 @@ def _layer_of(entry: bpy.types.PropertyGroup) -> Layer:
         channel=entry.channel,
         strength=round(entry.strength, 6),
         enabled=entry.enabled,
+        solo=entry.solo,
         extra=_extra_of(entry),
         name="" if entry.name == _product_name(entry.product) else entry.name,
         form="" if entry.form == "PRODUCT" else entry.form.lower(),

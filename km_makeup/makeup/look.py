@@ -30,7 +30,7 @@ class Layer:
     ``channel`` picks one channel of an RGB-coded map (Huang et al. 2013, Fig 9a): R, G, B or A;
     ``name`` is what the artist calls it, or empty for the product's name; ``form`` and ``finish`` (roughness and
     F0, 0..1) stand in place of the product's own; ``plan`` is "on" or "off" where the artist decided whether the
-    film exists.
+    film exists; ``solo`` shows it alone.
     """
 
     product: str
@@ -44,6 +44,7 @@ class Layer:
     form: str = ""
     finish: tuple[float, float] | None = None
     plan: str = ""
+    solo: bool = False
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 | schema | what it has |
 | --- | --- |
 | 1 | name; layers with product, thickness_um, map, channel, strength, enabled |
-| 2 | also a layer's name, form, finish and plan; the exclusion mask; ``products`` that travel in the file; ``head``: what the maps were painted on |
+| 2 | also a layer's name, form, finish, plan and solo; the exclusion mask; ``products`` that travel in the file; ``head``: what the maps were painted on |
 
 A file without a schema is read as schema 1. `_MIGRATIONS` brings each version to the next one.
 """
@@ -27,7 +27,7 @@ LARGEST_FILE = 50_000_000
 """Bytes of the largest look file that is read; maps lie beside it."""
 
 _LOOK = {"schema", "name", "layers", "products", "head", "exclusion"}
-_LAYER = {"product", "thickness_um", "map", "channel", "strength", "enabled", "name", "form", "finish", "plan"}
+_LAYER = {"product", "thickness_um", "map", "channel", "strength", "enabled", "name", "form", "finish", "plan", "solo"}
 _HEAD = {"name", "uv_layout", "surface", "landmarks"}
 
 
@@ -85,7 +85,9 @@ def _json(file: Path) -> Any:
 
 def _from_1(data: dict[str, Any]) -> dict[str, Any]:
     """What schema 1 has under names of schema 2 is somebody else's and kept under another name."""
-    layers = [_renamed(x, ("name", "form", "finish", "plan")) if isinstance(x, dict) else x for x in data["layers"]]
+    layers = [
+        _renamed(x, ("name", "form", "finish", "plan", "solo")) if isinstance(x, dict) else x for x in data["layers"]
+    ]
     return {**_renamed(data, ("products", "head", "exclusion")), "layers": layers}
 
 
@@ -121,14 +123,19 @@ def _layer(data: Any, where: str) -> Layer:
     path, name = _path_of(data, "map", where), data.get("name", "")
     if not isinstance(name, str):
         raise MakeupError(f"{where}: 'name' must be text, not {_short(name)}.")
-    enabled = data.get("enabled", True)
-    if not isinstance(enabled, bool):
-        raise MakeupError(f"{where}: 'enabled' must be true or false, not {_short(enabled)}.")
+    enabled, solo = (_switch(data, key, usual, where) for key, usual in (("enabled", True), ("solo", False)))
     form = _choice(data, "form", ("", *Form), where)
     plan = _choice(data, "plan", ("", "on", "off"), where)
     finish = _finish(data.get("finish"), where)
     rest = _rest(data, _LAYER)
-    return Layer(data["product"], thickness, path, channel, strength, enabled, rest, name, form, finish, plan)
+    return Layer(data["product"], thickness, path, channel, strength, enabled, rest, name, form, finish, plan, solo)
+
+
+def _switch(data: dict[str, Any], key: str, usual: bool, where: str) -> bool:
+    value = data.get(key, usual)
+    if not isinstance(value, bool):
+        raise MakeupError(f"{where}: {key!r} must be true or false, not {_short(value)}.")
+    return value
 
 
 def _path_of(data: dict[str, Any], key: str, where: str) -> str:
@@ -155,7 +162,7 @@ def _finish(data: Any, where: str) -> tuple[float, float] | None:
 
 
 def _layer_data(layer: Layer) -> dict[str, Any]:
-    own: dict[str, Any] = {key: getattr(layer, key) for key in ("name", "form", "plan") if getattr(layer, key)}
+    own: dict[str, Any] = {key: getattr(layer, key) for key in ("name", "form", "plan", "solo") if getattr(layer, key)}
     if layer.finish is not None:
         own["finish"] = {"roughness": layer.finish[0], "f0": layer.finish[1]}
     return {

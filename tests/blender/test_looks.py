@@ -35,7 +35,10 @@ def test_a_look_saved_and_put_on_another_head_is_the_same_makeup(ball, test_prod
 
     painted = [random_map(), random_map()]
     paths = [scenes.write_map(tmp_path, f"m{i}", values) for i, values in enumerate(painted)]
-    layers = (Layer("test-red", 12.5, paths[0], strength=0.75), Layer("test-base", 21.0, paths[1], enabled=False))
+    layers = (
+        Layer("test-red", 12.5, paths[0], strength=0.75, solo=True),
+        Layer("test-base", 21.0, paths[1], enabled=False, finish=(0.3, 0.05)),
+    )
     looks.apply_look(ball, Look("Mine", layers))
     looks.save_look(ball, tmp_path / "saved.json")
     other = scenes.head("Other")
@@ -44,10 +47,11 @@ def test_a_look_saved_and_put_on_another_head_is_the_same_makeup(ball, test_prod
     looks.apply_look(other, again)
     for index, layer in enumerate(layers):
         entry = other.km_makeup.layers[index]
-        assert (entry.product, entry.thickness_um, entry.strength, entry.enabled) == (
-            layer.product, layer.thickness_um, layer.strength, layer.enabled,
+        assert (entry.product, entry.thickness_um, entry.strength, entry.enabled, entry.solo, entry.own_finish) == (
+            layer.product, layer.thickness_um, layer.strength, layer.enabled, layer.solo, layer.finish is not None,
         )  # fmt: skip
         assert np.array_equal(values_of(other, index), painted[index])
+    assert (entry.roughness, entry.f0) == pytest.approx((0.3, 0.05))
 
 
 @pytest.mark.parametrize("channels", [3, 4])
@@ -140,3 +144,28 @@ def test_the_baked_files_hold_what_the_engine_computes_and_say_what_made_them(ba
     source.close()
     assert layers == "test-base 15 um; test-powder 15 um; test-red 15 um"
     assert ball.km_makeup.baked_R.colorspace_settings.name == "Non-Color"
+
+
+def test_a_look_put_on_while_the_bare_skin_is_shown_is_seen(ball, painted_look):
+    from km_makeup.blender import looks
+
+    looks.apply_look(ball, painted_look)
+    ball.km_makeup.show = False
+    looks.apply_look(ball, painted_look)
+    assert ball.km_makeup.show and ball.material_slots[0].material == ball.km_makeup.slots[0].made
+
+
+@pytest.mark.parametrize("name", ["", ".json"])
+def test_a_look_is_not_saved_without_a_name(ball, painted_look, tmp_path, name):
+    import bpy
+
+    from km_makeup.blender import looks
+
+    looks.apply_look(ball, painted_look)
+    before = sorted(tmp_path.iterdir())
+    with (
+        bpy.context.temp_override(object=ball, active_object=ball),
+        pytest.raises(RuntimeError, match="the file has no name"),
+    ):
+        bpy.ops.km_makeup.save_look(filepath=f"{tmp_path}/{name}", check_existing=False)
+    assert sorted(tmp_path.iterdir()) == before

@@ -171,13 +171,13 @@ def edit(folder: Path, change) -> None:
 
 BROKEN = {
     broken_png: "1-test-red.png (is damaged|cannot be read)",
-    missing_png: "1-test-red.png does not exist",
+    missing_png: "look.*, layer 1 .*1-test-red.png does not exist",
     text_for_a_map: "cannot be read",
     missing_shape: "head.npz does not exist",
     broken_shape: "head.npz is damaged",
     shape_with_other_arrays: "names a vertex that is not there",
     pickled_shape: "head.npz is damaged",
-    unknown_product: "no product 'lipstick-berri'; did you mean lipstick-berry",
+    unknown_product: "look.*, layer 1 .*no product 'lipstick-berri'; did you mean lipstick-berry",
     landmarks_in_one_place: "lie in one place",
 }
 

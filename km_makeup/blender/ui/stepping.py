@@ -18,6 +18,10 @@ class SteppedOperator(MakeupOperator):
     """What is being done, for messages ("Bake") and for the status line ("Baking makeup")."""
     kept = "nothing was written"
     """What is true when it is stopped."""
+    alone = False
+    """Whether mouse and keys do nothing else until it ends."""
+    now = ""
+    """What the step that comes next does, in the status line; `steps` may set it."""
     _timer: Any = None
     _steps: Any = None
     _object = 0
@@ -50,7 +54,7 @@ class SteppedOperator(MakeupOperator):
         if event.type == "ESC":
             return self._stop(context, "INFO", f"{self.doing} stopped; {self.kept}")
         if event.type != "TIMER":
-            return {"PASS_THROUGH"}
+            return {"RUNNING_MODAL" if self.alone else "PASS_THROUGH"}
         if problem := self._lost():
             return self._stop(context, "WARNING", problem)
         try:
@@ -62,7 +66,8 @@ class SteppedOperator(MakeupOperator):
         except MakeupError as error:
             return self._stop(context, "ERROR", str(error))
         context.window_manager.progress_update(done / max(total, 1))
-        context.workspace.status_text_set(f"{self.status}: {100 * done // max(total, 1)} %, Esc stops")
+        text = f"{self.status}: {self.now + ', ' if self.now else ''}{100 * done // max(total, 1)} %, Esc stops"
+        context.workspace.status_text_set(text)
         return {"RUNNING_MODAL"}
 
     def _lost(self) -> str:
@@ -72,7 +77,7 @@ class SteppedOperator(MakeupOperator):
         if times_undone() != self._undone:
             return f"{self.doing} stopped, since the scene was undone or another file opened; {self.kept}"
         if not any(obj.session_uid == self._object for obj in bpy.data.objects):
-            return f"{self.doing} stopped, since its head was deleted; nothing was written"
+            return f"{self.doing} stopped, since its head was deleted"
         return ""
 
     def _stop(self, context: bpy.types.Context, kind: str, message: str) -> set[str]:

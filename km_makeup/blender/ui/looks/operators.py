@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Generator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,7 @@ from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from ....errors import MakeupError
 from ..base import MakeupOperator, paragraph
+from ..stepping import SteppedOperator
 
 if TYPE_CHECKING:
     from ....makeup import Look
@@ -46,19 +48,16 @@ def _look(filepath: str) -> Look | str:
     return _read[key]
 
 
-class KM_OT_load_look(MakeupOperator, bpy.types.Operator, ImportHelper):
+class KM_OT_load_look(SteppedOperator, bpy.types.Operator, ImportHelper):
     """Put a saved look on this head in place of its layers; their maps are kept in the file. Esc stops a transfer"""
 
     bl_idname = "km_makeup.load_look"
     bl_label = "Load Look"
+    doing, status, kept, alone = "Loading the look", "Loading look", "the head is as before", True
     filename_ext = ".json"
     filepath: StringProperty(name="File", description="The look file", subtype="FILE_PATH", options={"SKIP_SAVE"})
     filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
     maps: EnumProperty(name="Maps", description="What becomes of the look's maps on this head", items=MAPS)
-    _timer: Any = None
-    _steps: Generator[tuple[str, float], None, Any] | None = None
-    _object = 0
-    _undone = 0
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> Any:
         if self.filepath:  # dropped onto the 3D view
@@ -88,24 +87,10 @@ class KM_OT_load_look(MakeupOperator, bpy.types.Operator, ImportHelper):
             else:
                 paragraph(layout, f"{METHODS[choice.method][0]}: {choice.reason}.", "INFO")
 
-    def _start(self, obj: bpy.types.Object) -> Generator[tuple[str, float], None, Any]:
-        from ....makeup import Look
-        from ... import looks
-
-        method = None if self.maps == "AUTO" else looks.Method[self.maps]
-        return looks.applying(obj, Look.load(bpy.path.abspath(self.filepath)), method)
-
     def execute(self, context: bpy.types.Context) -> set[str]:
         if bpy.app.background or not self._is_slow(context, _look(self.filepath)):
             return super().execute(context)
-        from ...update import times_undone
-
-        self._steps = self._start(context.object)
-        self._object, self._undone = context.object.session_uid, times_undone()
-        self._timer = context.window_manager.event_timer_add(0.01, window=context.window)
-        context.window_manager.progress_begin(0, 1)
-        context.window_manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
+        return self.start(context)
 
     def _is_slow(self, context: bpy.types.Context, look: Look | str) -> bool:
         """Whether maps have to be transferred, which takes seconds."""
@@ -120,52 +105,19 @@ class KM_OT_load_look(MakeupOperator, bpy.types.Operator, ImportHelper):
         except MakeupError:
             return False
 
-    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> str:
-        steps = self._start(obj)
+    def steps(self, context: bpy.types.Context, obj: bpy.types.Object) -> Generator[tuple[int, int], None, str]:
+        from ....makeup import Look
+        from ... import looks
+
+        method = None if self.maps == "AUTO" else looks.Method[self.maps]
+        applying = looks.applying(obj, Look.load(bpy.path.abspath(self.filepath)), method)
         while True:
             try:
-                next(steps)
+                self.now, share = next(applying)
             except StopIteration as end:
-                return self._said(obj, end.value)
-
-    def _said(self, obj: bpy.types.Object, choice: Any) -> str:
-        from ...looks import METHODS
-
-        name, count = obj.km_makeup.get("look", ""), len(obj.km_makeup.layers)
-        return f"{name}: {count} layers. {METHODS[choice.method][0]}, {choice.reason}"
-
-    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        if event.type == "ESC":
-            return self._stop(context, "INFO", "Look not loaded; the head is as before")
-        if event.type != "TIMER":
-            return {"RUNNING_MODAL"}
-        obj = next((one for one in bpy.data.objects if one.session_uid == self._object), None)
-        from ...update import times_undone
-
-        if obj is None or times_undone() != self._undone:
-            return self._stop(context, "WARNING", "Look not loaded, since the scene was undone or its head deleted")
-        try:
-            what, share = next(self._steps)  # type: ignore[arg-type]
-        except StopIteration as end:
-            self._end(context)
-            self.report({"INFO"}, self._said(obj, end.value))
-            return {"FINISHED"}
-        except MakeupError as error:
-            return self._stop(context, "ERROR", str(error))
-        context.window_manager.progress_update(share)
-        context.workspace.status_text_set(f"Loading look: {what}, Esc stops")
-        return {"RUNNING_MODAL"}
-
-    def _stop(self, context: bpy.types.Context, kind: str, message: str) -> set[str]:
-        self._end(context)
-        self.report({kind}, message)
-        return {"CANCELLED"}
-
-    def _end(self, context: bpy.types.Context) -> None:
-        self._steps = None
-        context.window_manager.event_timer_remove(self._timer)
-        context.window_manager.progress_end()
-        context.workspace.status_text_set(None)
+                name, count = obj.km_makeup.get("look", ""), len(obj.km_makeup.layers)
+                return f"{name}: {count} layers. {looks.METHODS[end.value.method][0]}, {end.value.reason}"
+            yield round(100 * share), 100
 
 
 class KM_OT_save_look(MakeupOperator, bpy.types.Operator, ExportHelper):
@@ -186,7 +138,10 @@ class KM_OT_save_look(MakeupOperator, bpy.types.Operator, ExportHelper):
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> str:
         from ... import looks
 
-        look = looks.save_look(obj, Path(bpy.path.abspath(self.filepath)), self.with_head)
+        path = bpy.path.abspath(self.filepath)
+        if os.path.basename(path) in ("", self.filename_ext) or os.path.isdir(path):
+            raise MakeupError("Save Look: the file has no name; type one, such as evening.json.")
+        look = looks.save_look(obj, Path(path), self.with_head)
         carried = f"; {len(look.products)} products travel in it" if look.products else ""
         return f"Saved {len(look.layers)} layers to {self.filepath}{carried}"
 
