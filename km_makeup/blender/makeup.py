@@ -38,6 +38,9 @@ from .skin import Skin, looks_like_skin, skin_of
 from .update import paused
 
 MADE = "km_makeup_made"
+ORIGINAL = "km_makeup_original"
+"""The skin's own material, kept on the copy that carries makeup: found there when its object was joined to another."""
+
 DRESSING = "km_makeup_dressing"
 """How a copy's shaders were rewired; while that is the same, only the group in it is changed."""
 
@@ -105,7 +108,8 @@ def _original_of(material: bpy.types.Material) -> bpy.types.Material | None:
     if not material.get(MADE):
         return material
     entries = (entry for obj in bpy.data.objects for entry in obj.km_makeup.slots)
-    return next((entry.original for entry in entries if entry.made == material), None)
+    known = next((entry.original for entry in entries if entry.made == material), None)
+    return known or material.get(ORIGINAL)
 
 
 def usable_slots(obj: bpy.types.Object) -> list[int]:
@@ -128,8 +132,9 @@ def skin_slots(obj: bpy.types.Object) -> list[int]:
 
 
 def remove(obj: bpy.types.Object, keep_layers: bool = False) -> None:
-    """Take the makeup off: every slot holds its original material again, as it was."""
+    """Take the makeup off: every slot holds its original material again, as it was; those of joined objects too."""
     _bare(obj)
+    _put_back_joined(obj)
     obj.km_makeup.slots.clear()
     if not keep_layers:
         obj.km_makeup.layers.clear()
@@ -167,6 +172,16 @@ def _put_back(obj: bpy.types.Object, entry: bpy.types.PropertyGroup) -> None:
         slot.link = "OBJECT"
     stale, slot.material = slot.material, entry.original
     _delete(stale)
+
+
+def _put_back_joined(obj: bpy.types.Object) -> None:
+    """Put originals into slots that came with an object that was made up and then joined to this one."""
+    kept = [entry.made for other in bpy.data.objects for entry in other.km_makeup.slots]
+    for slot in obj.material_slots:
+        worn = slot.material
+        if worn is not None and worn.get(MADE) and worn not in kept and worn.get(ORIGINAL) is not None:
+            slot.material = worn[ORIGINAL]
+            _delete(worn)
 
 
 def _made_up_by_another(obj: bpy.types.Object, material: bpy.types.Material | None) -> bool:
@@ -419,7 +434,8 @@ def _dress(
     """Make a copy of one slot's skin material with the makeup group in it."""
     material = entry.original.copy()
     material.name = f"{entry.original.name} with Makeup"
-    material[MADE], material[DRESSING] = True, _dressing(entry, engines, highlights, plan)
+    material[MADE], material[ORIGINAL] = True, entry.original
+    material[DRESSING] = _dressing(entry, engines, highlights, plan)
 
     def instance(tree: bpy.types.NodeTree) -> bpy.types.Node:
         node = tree.nodes.new("ShaderNodeGroup")

@@ -150,6 +150,50 @@ def test_an_object_new_on_a_made_up_mesh_is_set_up_on_the_skin_itself(made_up):
     assert other.km_makeup.slots[0].original.name == "Skin"
 
 
+@pytest.fixture
+def joined(made_up, painted_look):
+    """The head in makeup, joined with another one in makeup of its own."""
+    import bpy
+
+    from km_makeup.blender import looks
+
+    other = scenes.head("Neck")
+    other.data.materials.append(scenes.skin("Neck Skin"))
+    looks.apply_look(other, painted_look)
+    with bpy.context.temp_override(
+        active_object=made_up,
+        object=made_up,
+        selected_objects=[made_up, other],
+        selected_editable_objects=[made_up, other],
+    ):
+        bpy.ops.object.join()
+    bpy.data.orphans_purge(do_recursive=False)  # the mesh that was joined still held its material
+    assert materials(made_up) == ["Skin with Makeup", "Neck Skin with Makeup"]
+    return made_up
+
+
+def test_after_a_join_the_makeup_lies_on_the_skins_of_both(joined):
+    from km_makeup.blender import makeup
+
+    makeup.refresh(joined)
+    makeup.set_up(joined)
+    makeup.refresh(joined)
+    assert [entry.original.name for entry in joined.km_makeup.slots] == ["Skin", "Neck Skin"]
+    assert [slot.material for slot in joined.material_slots] == [entry.made for entry in joined.km_makeup.slots]
+    makeup.remove(joined)
+    assert materials(joined) == ["Skin", "Neck Skin"]
+
+
+def test_removing_after_a_join_brings_both_skins_back(joined):
+    import bpy
+
+    from km_makeup.blender import makeup
+
+    makeup.remove(joined)
+    assert materials(joined) == ["Skin", "Neck Skin"]
+    assert sorted(m.name for m in bpy.data.materials) == ["Neck Skin", "Skin"]
+
+
 def baked(obj, folder) -> None:
     import bpy
 
