@@ -9,16 +9,6 @@ from ..errors import MakeupError
 MAP_SIZE = 2048
 """Width and height in texels of the first map of a head; later ones have the size of those that are there."""
 
-_items: list[tuple[str, str, str]] = []
-
-
-def product_items(_: object, context: bpy.types.Context | None) -> list[tuple[str, str, str]]:
-    """All products as items of an enumeration; Blender keeps no copy of their texts, so they are held here."""
-    from .library import library
-
-    _items[:] = [(p.id, p.name, f"{p.kind}, {p.form}, {p.provenance.status}") for p in library().products]
-    return _items
-
 
 def add_layer(context: bpy.types.Context, obj: bpy.types.Object, product_id: str) -> bpy.types.PropertyGroup:
     """A layer of the product on top, selected, with an empty map; the brush paints on it.
@@ -51,6 +41,7 @@ def add_layer(context: bpy.types.Context, obj: bpy.types.Object, product_id: str
         bpy.data.images.remove(image)
         raise
     painting.set_canvas(context.scene, image)
+    painting.fit_flow(context.scene, product.kind)
     return obj.km_makeup.layers[obj.km_makeup.active]
 
 

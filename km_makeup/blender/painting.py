@@ -98,8 +98,14 @@ def enter(context: bpy.types.Context, obj: bpy.types.Object) -> None:
 
 
 def take_brush(context: bpy.types.Context, stroke: Stroke, mark: float = 1.0) -> None:
-    """Take a brush for the stroke. ``mark``: thickness the brush lays, 0..1 of the layer's full thickness."""
+    """Take a brush for the stroke. ``mark``: thickness the brush lays, 0..1 of the layer's full thickness.
+
+    Painting and erasing each have the flow that they had when they were left.
+    """
     paint = context.scene.tool_settings.image_paint
+    left, holder = stroke_of(context.scene), flow_of(context.scene)
+    if left is not None and holder is not None:
+        _flows[left] = holder.strength
     if not bpy.app.background:
         bpy.ops.brush.asset_activate(
             asset_library_type="ESSENTIALS", relative_asset_identifier=ESSENTIALS + stroke.brush
@@ -111,6 +117,7 @@ def take_brush(context: bpy.types.Context, stroke: Stroke, mark: float = 1.0) ->
     brush = paint.brush
     if brush is not None and stroke.colour is not None:
         brush.blend = "MIX"
+        flow_of(context.scene).strength = _flows.get(stroke, 1.0)  # type: ignore[union-attr]
 
 
 SHARE_OF_VIEW = 0.045
@@ -123,6 +130,30 @@ def fit_brush(context: bpy.types.Context) -> None:
         unified = context.scene.tool_settings.image_paint.unified_paint_settings
         unified.use_unified_size = True
         unified.size = max(12, round(SHARE_OF_VIEW * context.area.height))
+
+
+FLOW = {
+    "blush": 0.3, "bronzer": 0.3, "contour": 0.3, "highlighter": 0.3, "powder": 0.25, "eyeshadow": 0.4, "foundation": 0.5,
+    "concealer": 0.5, "primer": 0.5,
+}  # fmt: skip
+"""How much of its value a stroke of a first brush lays, by kind of product: what is blended builds up, the others cover."""
+
+
+_flows: dict[Stroke, float] = {}
+
+
+def fit_flow(scene: bpy.types.Scene, kind: str) -> None:
+    """Make the brush lay as much at a stroke as suits a product of this kind, now or when it is taken up."""
+    _flows[Stroke.PAINT] = FLOW.get(kind, 1.0)
+    holder = flow_of(scene)
+    if holder is not None and stroke_of(scene) is Stroke.PAINT:
+        holder.strength = _flows[Stroke.PAINT]
+
+
+def flow_of(scene: bpy.types.Scene) -> bpy.types.Brush | bpy.types.UnifiedPaintSettings | None:
+    """What holds the strength of the brush in hand: the brush, or the settings that all brushes share."""
+    paint = scene.tool_settings.image_paint
+    return paint.unified_paint_settings if paint.unified_paint_settings.use_unified_strength else paint.brush
 
 
 def stroke_of(scene: bpy.types.Scene) -> Stroke | None:

@@ -76,10 +76,10 @@ def thumbnail(product: Product, size: int = 96) -> Image:
     Corners are rounded and clear, so that it lies well on any background.
     """
     skins = reference_skins()
-    thick = np.full(len(skins) + 1, product.thickness_um)
-    thick[0] = np.inf
-    films = [seen_over(product.K, product.S, t, skin) for t, skin in zip(thick, [BARE, *skins.values()], strict=True)]
-    colours = srgb8(to_rgb(np.stack([*films, *skins.values()])))
+    bare_skins = np.stack(list(skins.values()))
+    opaque = seen_over(product.K, product.S, np.inf, BARE)
+    films = seen_over(product.K, product.S, product.thickness_um, bare_skins)
+    colours = srgb8(to_rgb(np.concatenate([opaque[None], films, bare_skins])))
     masstone, worn, bare = colours[0], colours[1 : len(skins) + 1], colours[len(skins) + 1 :]
     image = np.full((size, size, 4), 255, np.uint8)
     split = round(0.58 * size)

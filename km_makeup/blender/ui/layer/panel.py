@@ -57,6 +57,8 @@ class KM_PT_paint(MakeupPanel):
 
 def _brush(layout: bpy.types.UILayout, context: bpy.types.Context, makeup: bpy.types.PropertyGroup, ours: bool) -> None:
     """Settings of the brush in hand, or where it paints if that is not this layer's map."""
+    from ... import painting
+
     paint = context.scene.tool_settings.image_paint
     if not ours:
         canvas = f"{paint.canvas.name!r}" if paint.mode == "IMAGE" and paint.canvas else "the material's own images"
@@ -69,8 +71,7 @@ def _brush(layout: bpy.types.UILayout, context: bpy.types.Context, makeup: bpy.t
     column.prop(paint.unified_paint_settings, "size", text="Size")
     brush = paint.brush
     if brush is not None:
-        owner = paint.unified_paint_settings if paint.unified_paint_settings.use_unified_strength else brush
-        column.prop(owner, "strength", text="Flow")
+        column.prop(painting.flow_of(context.scene), "strength", text="Flow")
         settings(layout, heading="Pressure").prop(brush, "use_pressure_strength", text="Thickness")
     settings(layout, heading="Mirror").prop(context.object.data, "use_mirror_x", text="X")
 

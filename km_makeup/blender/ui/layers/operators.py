@@ -5,9 +5,10 @@ from __future__ import annotations
 import bpy
 from bpy.props import EnumProperty, IntProperty
 
-from ...adding import MAP_SIZE, add_layer, product_items
+from ...adding import MAP_SIZE, add_layer
 from ...update import one_update, paused, told
 from ..base import MakeupOperator, active_index
+from ..products import picker
 
 COPIED = (
     "name", "product", "thickness_um", "strength", "enabled", "solo", "form", "own_finish", "roughness", "f0", "swatch",
@@ -23,7 +24,7 @@ class KM_OT_layer_add(MakeupOperator, bpy.types.Operator):
     bl_label = "Add Layer"
     bl_property = "product"
 
-    product: EnumProperty(name="Product", description="The product of the new layer", items=product_items)
+    product: EnumProperty(name="Product", description="The product of the new layer", items=picker.all_items)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         context.window_manager.invoke_search_popup(self)

@@ -12,6 +12,9 @@ from .operators import (
     KM_OT_layer_remove,
 )
 
+ROOMY = 330
+"""Width of a sidebar or editor, in pixels at a resolution scale of 1, from which on a row shows the thickness too."""
+
 
 class KM_UL_layers(bpy.types.UIList):
     """Layers; the bottom of the list is nearest the skin."""
@@ -28,15 +31,16 @@ class KM_UL_layers(bpy.types.UIList):
         index: int = 0,
         flt_flag: int = 0,
     ) -> None:
-        """One row: colour on this skin, name, thickness, solo, eye."""
+        """One row: colour on this skin, name, thickness where there is room for it, solo, eye."""
         row = layout.row(align=True)
         colour = row.row()
         colour.scale_x = 0.35
         colour.prop(item, "swatch", text="")
         row.prop(item, "name", text="", emboss=False)
-        number = row.row()
-        number.alignment, number.active = "RIGHT", item.enabled
-        number.label(text=f"{item.thickness_um:.3g} µm")
+        if context.region.width > ROOMY * context.preferences.system.ui_scale:
+            number = row.row()
+            number.alignment, number.active = "RIGHT", item.enabled
+            number.label(text=f"{item.thickness_um:.3g} µm")
         row.prop(item, "solo", text="", icon="SOLO_ON" if item.solo else "SOLO_OFF", emboss=False)
         row.prop(item, "enabled", text="", icon="HIDE_OFF" if item.enabled else "HIDE_ON", emboss=False)
 

@@ -91,6 +91,18 @@ def _items(layer: bpy.types.PropertyGroup, context: bpy.types.Context | None) ->
     return items
 
 
+def all_items(_: object, context: bpy.types.Context | None) -> list[Item]:
+    """Every product by its whole name, for an operator's enumeration; swatches where there is a window to show them."""
+    from ...library import library
+
+    products = library().products
+    icons = [0] * len(products) if bpy.app.background else previews.icons(products)
+    return [
+        (_kept(one.id), _kept(one.name), _kept(_about(one)), icon, _number(one.id))
+        for one, icon in zip(products, icons, strict=True)
+    ]
+
+
 def _items_of(products: Sequence[Product]) -> list[Item]:
     icons = previews.icons(products)
     return [

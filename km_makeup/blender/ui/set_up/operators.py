@@ -6,8 +6,9 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, IntProperty
 
 from ....errors import MakeupError
-from ...adding import add_layer, product_items, skin_material
+from ...adding import add_layer, skin_material
 from ..base import MakeupOperator
+from ..products import picker
 
 
 class KM_OT_set_up(MakeupOperator, bpy.types.Operator):
@@ -17,7 +18,7 @@ class KM_OT_set_up(MakeupOperator, bpy.types.Operator):
     bl_idname = "km_makeup.set_up"
     bl_label = "Set Up Makeup"
 
-    product: EnumProperty(name="Product", description="The product of the first layer", items=product_items)
+    product: EnumProperty(name="Product", description="The product of the first layer", items=picker.all_items)
     paint: BoolProperty(
         name="Start Painting", description="Add the first layer and enter Texture Paint on its map", default=True
     )
