@@ -109,6 +109,7 @@ def add_accuracy_command(commands: Any, open_scene: OpenScene | None = None) -> 
         action="store_true",
         help=f"{QUICK_RUNS} timed runs instead of {RUNS}, a quarter of the reference's samples",
     )
+    sub.add_argument("--runs", type=int, default=0, help=f"timed runs of each rung (default: {RUNS})")
     sub.add_argument(
         "--repeat", action="store_true", help="measure everything twice and say whether ranks and ratios hold"
     )
@@ -124,7 +125,9 @@ def run_accuracy(options: argparse.Namespace) -> int:
     from .report import as_json, table
 
     known, scene = _known(options)
-    runs = QUICK_RUNS if options.quick else RUNS
+    if not 0 <= options.runs <= 1000:
+        raise MakeupError(f"--runs {options.runs}: give 1 to 1000 timed runs.")
+    runs = options.runs or (QUICK_RUNS if options.quick else RUNS)
     results: list[Result] = []
     stopped, agreed = False, True
     aside = scene.aside if scene else nullcontext
