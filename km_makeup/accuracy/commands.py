@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import signal
 import sys
 import time
@@ -13,6 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import MakeupError
+from ..files import write_text
+from .calibrate import Frames, calibration
 from .ladder import RUNS, Ladder, Result, measure
 
 EXAMPLE = (
@@ -40,12 +43,13 @@ class SceneRequest:
 
 @dataclass(frozen=True)
 class SceneLadders:
-    """Ladders of pictures by name, the settings in force of the head they are of, and a context that keeps Blender's own
-    lines out of the results."""
+    """Ladders of pictures by name, the settings in force of the head they are of, what its frames hold, and a context that
+    keeps Blender's own lines out of the results."""
 
     ladders: Factories
     current: Sequence[str]
     about: Mapping[str, str]
+    frames: Frames
     aside: Callable[[], AbstractContextManager[object]] = nullcontext
 
 
@@ -196,6 +200,10 @@ def _write(results: Sequence[Result], out: Path, scene: SceneLadders | None) -> 
         current = scene.current if scene else ()
         plots = {r.ladder.name: plot(r, set(current)) for r in results if r.rungs}
         files = write_report(results, out, page(results, made, current), made, plots)
+        if scene:
+            costs = calibration(results, scene.frames, f"{made['processor']}, {made['cores']} cores", made["date"])
+            files.append(out / "calibration.json")
+            write_text(files[-1], json.dumps(costs, indent=1) + "\n")
         print(f"written: {', '.join(str(f) for f in files)}", file=sys.stderr)
     return made
 
