@@ -99,6 +99,35 @@ def test_diffusion_is_measured_against_its_own_reference(made_up):
     assert all(rung.times.later > 0 for rung in result.rungs)
 
 
+def test_the_convolution_is_the_profile(clean_scene):
+    """A single lit pixel on flat skin spreads as the kernel says; the kernel is the profile's Gaussians."""
+    from km_makeup.blender.measuring.convolution import convolution_group, kernel
+    from km_makeup.optics.diffusion import SKIN
+    from tests.compositor.evaluate import evaluate
+
+    made = kernel(SKIN, 2.0)
+    np.testing.assert_allclose(made[..., :3].sum(axis=(0, 1)), 1, atol=1e-5)
+    middle = len(made) // 2
+    y, x = (np.mgrid[0 : len(made), 0 : len(made)] - middle) / 2.0
+    expected = SKIN(np.hypot(x, y) + 1e-9) / 4  # per mm^2, on pixels of half a mm
+    np.testing.assert_allclose(made[middle, middle + 4 :, 0], expected[middle, middle + 4 :, 0], rtol=0.02)
+    size = 4 * middle + 1
+    light, ones = np.zeros((size, size, 3), np.float32), np.ones((size, size, 3), np.float32)
+    light[2 * middle, 2 * middle] = 1
+    group, _ = convolution_group(SKIN, 2.0)
+    images = {
+        "Image": light,
+        "Light": light,
+        "Colour": ones,
+        "Share": ones,
+        "Mask": ones[..., 0],
+        "Depth": ones[..., 0],
+    }
+    found = evaluate(group, images, {"Focal": 2.0, "Millimetre": 0.001})[..., :3]
+    window = slice(middle, 3 * middle + 1)
+    np.testing.assert_allclose(found[window, window], made[..., :3], atol=2e-4)
+
+
 def test_the_whole_picture_knows_makeup_from_none(made_up):
     from km_makeup.blender.measuring.picture import picture_ladder
 

@@ -15,8 +15,9 @@ from ...accuracy.ladder import Finding, Ladder, Rung
 from ...optics.diffusion import GaussianProfile
 from .. import compositor
 from ..compositor.diffusion import diffusion_group
-from ..compositor.scale import finest_scale
+from ..compositor.scale import finest_scale, pixels_per_mm
 from ..shaders import PRINCIPLED, outputs_of, shader_nodes
+from .convolution import convolution_group
 from .dressed import Dressed, settings
 from .stage import Stage, State
 
@@ -129,6 +130,14 @@ class Makers:
         group = diffusion_group(profile, finest_scale(stage.scene), aware, slope)
         return replace(plain, diffusion=stage.keep(group))
 
+    def convolved(self) -> State:
+        """EEVEE with one convolution at the scale of the nearest skin."""
+        stage = self.stage
+        scale = pixels_per_mm(stage.scene, stage.scene.camera, stage.obj)
+        group, image = convolution_group(self._profile(MOST), scale)
+        stage.owns(image)
+        return State(EEVEE, stage.samples, self.screen(), stage.keep(group), passes=True)
+
     def _profile(self, count: int) -> GaussianProfile:
         heads = sorted({*compositor.heads_of(self.stage.scene), self.stage.obj}, key=lambda head: head.name)
         return compositor.profile_of(heads, self.stage.scene, count)
@@ -155,6 +164,7 @@ class Makers:
             ),
             (f"{gaussians(MOST)}, no slope", "as wide on a slanting surface as on one that faces the camera", blur(MOST, slope=False), ""),
             (f"{gaussians(MOST)}, across steps", "light crosses steps in depth, from nose to cheek", blur(MOST, aware=False), ""),
+            ("convolution", "one convolution with the profile, at the scale of the nearest skin", self.convolved, ""),
             ("EEVEE's own", "EEVEE's subsurface scattering", lambda: State(EEVEE, stage.samples, self.closures()), "diffusion own"),
             ("Cycles, Burley", f"path traced, {stage.samples} samples", traced("Burley"), "cycles"),
             ("Cycles, random walk", f"path traced, {stage.samples} samples", traced("random walk"), "cycles"),
