@@ -67,7 +67,9 @@ def convolution_group(profile: GaussianProfile, pixels_per_mm: float) -> tuple[b
 def _convolved(tree: Tree, picture: Colour, image: bpy.types.Image) -> Colour:
     source = tree.node("CompositorNodeImage", image=image)
     node = tree.node("CompositorNodeConvolve")
+    node.inputs["Kernel Data Type"].default_value = "Color"
+    node.inputs["Normalize Kernel"].default_value = False
     tree.feed(node.inputs["Image"], picture)
-    kernel_input = next(s for s in node.inputs if s.name == "Kernel" and s.type == "RGBA" and s.enabled)
+    kernel_input = next(s for s in node.inputs if s.name == "Kernel" and s.type == "RGBA")
     tree.tree.links.new(source.outputs["Image"], kernel_input)
     return Colour(tree, node.outputs["Image"])
