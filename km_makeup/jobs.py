@@ -23,6 +23,28 @@ class HeadJob:
 
 
 @dataclass(frozen=True)
+class EffectsJob:
+    """What may be left out: the tolerance in CIEDE2000, or nothing; a time budget in ms a frame. None: as the file has it."""
+
+    tolerance: float | None = None
+    everything: bool = False
+    budget_ms: float | None = None
+
+
+@dataclass(frozen=True)
+class PlanJob:
+    """The plan of a head for pictures of ``size`` in pixels from some views (None: the file's own), in an engine."""
+
+    head: HeadJob
+    effects: EffectsJob
+    engine: str | None = None
+    colour: str | None = None
+    size: tuple[int, int] | None = None
+    samples: int | None = None
+    views: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class RenderJob:
     """Pictures of a head: target file by view, ``size`` in pixels; ``colour`` is live, baked or finished."""
 
@@ -37,6 +59,7 @@ class RenderJob:
     save: Path | None = None
     reference_samples: int = 0
     """Samples of a path traced picture beside each, with the difference; 0 for none."""
+    effects: EffectsJob | None = None
 
 
 @dataclass(frozen=True)
@@ -57,6 +80,7 @@ class BakeJob:
     resolution: int = 0
     finished: bool = False
     full_float: bool = False
+    effects: EffectsJob | None = None
 
 
 @dataclass(frozen=True)

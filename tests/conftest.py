@@ -47,3 +47,18 @@ def clean_scene() -> None:
 def _blender_tests_start_clean(request: pytest.FixtureRequest) -> None:
     if request.node.get_closest_marker("blender"):
         request.getfixturevalue("clean_scene")
+        if "effects" not in request.path.parts:
+            request.getfixturevalue("nothing_left_out")
+
+
+@pytest.fixture
+def nothing_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Plans at a tolerance of 0: tests of colours and nodes see every effect that makes any difference."""
+    from km_makeup.blender import makeup
+
+    planned = makeup.make_plan
+
+    def exact(facts, tolerance, *rest):
+        return planned(facts, 0.0, *rest)
+
+    monkeypatch.setattr(makeup, "make_plan", exact)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from .. import __version__
 from ..bake import ArrayRows, Request, Shine
+from ..bake.engine import TOLERANCE
 from ..bake.islands import Dilation, dilation
 from ..bake.stream import baking_to_files
 from ..effects import Plan
@@ -23,6 +24,7 @@ from ..spectra import bands
 from . import images
 from .heads import surface_of
 from .makeup import light_of, plan_of, refresh, skin_under, stack_of
+from .reducing import reduced
 from .update import paused
 
 TEXTURES = ("R", "T2", "R_up", "albedo", "finish")
@@ -63,10 +65,14 @@ def bake_steps(obj: bpy.types.Object, scene: bpy.types.Scene) -> Generator[tuple
     """
     makeup = obj.km_makeup
     images.forget_statistics()
-    plan = plan_of(obj, scene)
+    plan = plan_of(obj, scene, baked=True)
     if not plan.any_film:
         refresh(obj, scene)
         return None
+    if not plan.path.on:
+        raise MakeupError(
+            f"{obj.name!r} cannot be baked: {plan.path.reason}. Remove the keys, or leave Colour at Live."
+        )
     if not makeup.folder.strip():
         raise MakeupError("No folder is given for the textures of the bake; choose one under Bake > Folder.")
     if makeup.folder.startswith("//") and not bpy.data.filepath:
@@ -76,7 +82,9 @@ def bake_steps(obj: bpy.types.Object, scene: bpy.types.Scene) -> Generator[tuple
     request = _request(obj, plan)
     folder = ensure_folder(Path(bpy.path.abspath(makeup.folder)))
     files = _files(obj, request, folder)
-    count = yield from baking_to_files(_top_first(request), files, _metadata(obj, plan, request))
+    metadata = _metadata(obj, plan, request)
+    count = yield from baking_to_files(_top_first(request), files, metadata)
+    files = reduced(files, plan, request.reference, request.half, metadata)
     _use(obj, files)
     refresh(obj, scene)
     return BakeReport(
@@ -127,6 +135,7 @@ def _request(obj: bpy.types.Object, plan: Plan) -> Request:
         light=light,
         shines=[Shine(p.finish.roughness, p.finish.f0) for p in products] if plan.finish.on else [],
         half=not makeup.full_float,
+        tolerance=TOLERANCE if makeup.everything else plan.bake_tolerance,
     )
 
 
@@ -224,4 +233,5 @@ def _use(obj: bpy.types.Object, files: dict[str, Path]) -> None:
             if image is not None and bpy.data.filepath:
                 image.filepath = bpy.path.relpath(str(path))
             setattr(obj.km_makeup, f"baked_{key}", image)
+        obj.km_makeup.baked_simply = "R_up" not in files
         obj.km_makeup.path = "BAKED"

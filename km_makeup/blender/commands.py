@@ -9,14 +9,15 @@ from pathlib import Path
 
 import bpy
 
-from ..effects import Engine
+from ..effects import Engine, Plan
 from ..errors import MakeupError
 from ..files import ensure_folder, replacing
-from ..jobs import BakeJob, ExportJob, HeadJob, RenderJob, RenderResult
+from ..jobs import BakeJob, EffectsJob, ExportJob, HeadJob, PlanJob, RenderJob, RenderResult
 from ..makeup import Look
 from ..makeup.book import Book
-from . import baking, exporting, lookbook, looks, makeup, register, rendering, studio
+from . import baking, exporting, lookbook, looks, makeup, register, rendering, studio, views
 from .doctor import Finding, examine
+from .facts import engine_of
 from .library import library
 from .reference import make_reference
 from .update import paused
@@ -50,7 +51,11 @@ def run_render(job: RenderJob) -> RenderResult:
         ensure_folder(job.save.parent)
     obj = _prepare(job.head, job.bare)
     cameras, failed = _cameras(obj, list(job.targets))
-    _colour(obj, job)
+    scene = bpy.context.scene
+    rendering.set_frame(scene, Engine[job.engine.upper()], job.size, job.samples)
+    scene.camera = next(iter(cameras.values()))
+    with views.shots(list(cameras.values())):
+        _colour(obj, job)
     pictures, differences = [], {}
     for view, camera in cameras.items():
         target = job.targets[view]
@@ -133,6 +138,7 @@ def run_bake(job: BakeJob) -> tuple[dict[str, Path], float]:
     if not obj.km_makeup.slots:
         raise MakeupError("There is no makeup to bake; give --look or --layer, or a .blend that has some.")
     folder = ensure_folder(job.folder)
+    _ask_effects(obj, job.effects)
     start = time.perf_counter()
     report = _bake_into(obj, folder, job.finished, job.resolution, job.full_float)
     return (report.files if report else {}), time.perf_counter() - start
@@ -203,6 +209,10 @@ def _colour(obj: bpy.types.Object, job: RenderJob) -> None:
     """Bring the films' colour to the path asked for."""
     if not obj.km_makeup.slots:
         return
+    _ask_effects(obj, job.effects)
+    if not job.save:  # nobody opens it in the other engine
+        with paused():
+            obj.km_makeup.both_engines = False
     if job.colour == "live":
         with paused():
             obj.km_makeup.path = "LIVE"
@@ -211,6 +221,41 @@ def _colour(obj: bpy.types.Object, job: RenderJob) -> None:
     folder = next(iter(job.targets.values())).parent / "textures"
     log.info("textures: %s", folder)
     _bake_into(obj, folder, job.colour == "finished")
+
+
+def _ask_effects(obj: bpy.types.Object, effects: EffectsJob | None) -> None:
+    if effects is None:
+        return
+    with paused():
+        if effects.tolerance is not None:
+            obj.km_makeup.tolerance = effects.tolerance
+        if effects.budget_ms is not None:
+            obj.km_makeup.use_budget, obj.km_makeup.budget_ms = True, effects.budget_ms
+        obj.km_makeup.everything = effects.everything
+
+
+def run_plan(job: PlanJob) -> Plan:
+    """The plan for a head's pictures; nothing is built or changed but the open scene's settings."""
+    ensure_registered()
+    obj = _prepare(job.head, bare=False)
+    scene = bpy.context.scene
+    settings = scene.render
+    _ask_effects(obj, job.effects)
+    engine = Engine[job.engine.upper()] if job.engine else engine_of(scene)
+    percent = settings.resolution_percentage / 100
+    size = job.size or (int(settings.resolution_x * percent), int(settings.resolution_y * percent))
+    samples = scene.cycles.samples if engine is Engine.CYCLES else scene.eevee.taa_render_samples
+    rendering.set_frame(scene, engine, size, job.samples or samples)
+    with paused():
+        if job.engine:
+            obj.km_makeup.both_engines = False
+        if job.colour:
+            obj.km_makeup.finished = job.colour == "finished"
+    baked = None if job.colour is None else job.colour != "live"
+    cameras = [studio.camera_for(obj, view) for view in job.views]
+    bpy.context.view_layer.update()
+    with views.shots(cameras):
+        return makeup.plan_of(obj, scene, baked=baked)
 
 
 def _bake_into(

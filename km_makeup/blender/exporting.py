@@ -85,7 +85,7 @@ def export_steps(
     if export.gltf and export.exr:
         raise MakeupError("A .glb holds 8-bit PNG textures; choose PNG for the textures, or export without glTF.")
     under = skin_under(obj)
-    plan = plan_of(obj, scene)
+    plan = plan_of(obj, scene, any_view=True)
     if not plan.any_film:
         raise MakeupError(
             f"Nothing is painted on {obj.name!r}, so there is no look to export; paint a visible layer first."

@@ -38,27 +38,43 @@ class SkinColours:
         return np.frombuffer(self.data, np.float64).reshape(-1, 3)
 
 
-_fitted: dict[tuple, tuple[Transfer, NDArray]] = {}
+_fitted: dict[tuple, Transfer] = {}
+_grounds: dict[tuple, NDArray] = {}
 _skins: dict[tuple, NDArray] = {}
 
 
 def transfers(
-    coats: Sequence[Coat], skin: SkinColours, interface: Interface | None, light: str, space: str
+    coats: Sequence[Coat],
+    skin: SkinColours,
+    interface: Interface | None,
+    light: str,
+    space: str,
+    below: Sequence[Sequence[int]] | None = None,
 ) -> list[Transfer]:
-    """The transfers of a stack's films, bottom to top, as `makeup.fit_transfers` gives them."""
-    key: tuple = (skin, interface, _light_mark(light), space)
+    """The transfers of a stack's films, bottom to top, as `makeup.fit_transfers` gives them.
+
+    ``below`` lists for each film those (by index, rising) that it lies on anywhere; all lower ones where it is None.
+    """
+    base: tuple = (skin, interface, _light_mark(light), space)
     found = []
-    ground = None
-    for one in coats:
-        below, key = key, (*key, _mark(one))
+    for number, one in enumerate(coats):
+        under = [coats[i] for i in (range(number) if below is None else below[number])]
+        key = (*base, *map(_mark, under), _mark(one))
         if key not in _fitted:
-            if ground is None:
-                ground = _fitted[below][1] if below in _fitted else _skin(skin, light, space)
-            fitted = fit_transfer(one, ground, interface, bands(light, space))
-            _keep(_fitted, key, (fitted, under_next(one, ground, interface)))
-        transfer, ground = _fitted[key]
-        found.append(transfer)
+            ground = _ground(base, under, skin, light, space)
+            _keep(_fitted, key, fit_transfer(one, ground, interface, bands(light, space)))
+        found.append(_fitted[key])
     return found
+
+
+def _ground(base: tuple, under: Sequence[Coat], skin: SkinColours, light: str, space: str) -> NDArray:
+    """The reflectances that a film meets over some others."""
+    if not under:
+        return _skin(skin, light, space)
+    key = (*base, *map(_mark, under))
+    if key not in _grounds:
+        _keep(_grounds, key, under_next(under[-1], _ground(base, under[:-1], skin, light, space), base[1]))
+    return _grounds[key]
 
 
 def _skin(skin: SkinColours, light: str, space: str) -> NDArray:

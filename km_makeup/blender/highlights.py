@@ -28,7 +28,7 @@ def film_highlights(
     obj: bpy.types.Object, plan: Plan, products: Sequence[Product], coats: Sequence[Coat], bands: Bands
 ) -> list[FilmHighlight]:
     """What each planned film does to highlights, bottom to top."""
-    kinds = _kinds(products)[1]
+    kinds = _kinds(plan, products)[1]
     paper = by_maps(obj, plan)
     return [
         FilmHighlight(
@@ -44,9 +44,9 @@ def film_highlights(
     ]
 
 
-def finishes_of(products: Sequence[Product]) -> tuple[Finish, ...]:
+def finishes_of(plan: Plan, products: Sequence[Product]) -> tuple[Finish, ...]:
     """The distinct finishes of films, as their `FilmHighlight.kind` counts them."""
-    return _kinds(products)[0]
+    return _kinds(plan, products)[0]
 
 
 def by_maps(obj: bpy.types.Object, plan: Plan) -> bool:
@@ -59,13 +59,16 @@ def highlights_of(
 ) -> Highlights:
     """How the object's materials make their highlights."""
     makeup = obj.km_makeup
-    joint = makeup.path == "BAKED" and not by_maps(obj, plan)
-    finishes, kinds = _kinds(products)
+    joint = plan.path.on and not by_maps(obj, plan)
+    finishes, kinds = _kinds(plan, products)
     seen = _seen(_layers(obj, plan), coats, kinds, len(finishes))
     known = [merged(finishes, np.maximum(seen, 1e-6))] if joint and finishes else list(finishes)
     shares = [float(seen.sum())] if joint and finishes else [float(share) for share in seen]
     on_top = two_lobes([_skin_roughness(obj), *(one.roughness for one in known)], [1.0, *shares])[1]
-    lamps = LampLight(lamps_for(obj, scene).chosen, makeup.highlight_shadows, world_shines(scene))
+    planned = {effect.key.removeprefix("lamp:") for effect in plan.shine.each_lamp if effect.on}
+    chosen = tuple(lamp for lamp in lamps_for(obj, scene).chosen if lamp.name in planned)
+    lamps = LampLight(chosen, makeup.highlight_shadows, world_shines(scene))
+    on_top = on_top if plan.shine.second.on else ()
     return Highlights(len(known), on_top, Shown[makeup.highlight_shown], lamps if plan.lamp_highlights.on else None)
 
 
@@ -93,8 +96,12 @@ def _layers(obj: bpy.types.Object, plan: Plan) -> list[bpy.types.PropertyGroup]:
     return [obj.km_makeup.layers[i] for i in plan.film_indices]
 
 
-def _kinds(products: Sequence[Product]) -> tuple[tuple[Finish, ...], tuple[int, ...]]:
-    return distinct([Finish(product.finish.roughness, product.finish.f0) for product in products])
+def _kinds(plan: Plan, products: Sequence[Product]) -> tuple[tuple[Finish, ...], tuple[int, ...]]:
+    """The distinct finishes, and each film's among them; -1 for films that keep the highlight below them."""
+    own = [index not in plan.shine.plain for index in plan.film_indices]
+    finishes, kinds = distinct([Finish(p.finish.roughness, p.finish.f0) for p, one in zip(products, own) if one])
+    numbers = iter(kinds)
+    return finishes, tuple(next(numbers) if one else -1 for one in own)
 
 
 def _seen(
@@ -103,6 +110,8 @@ def _seen(
     """Roughly how much of each finish is seen: painted share of the map times coverage at full thickness."""
     seen = np.zeros(count)
     for layer, one, kind in zip(layers, coats, kinds):
+        if kind < 0:
+            continue
         full = np.array([layer.map_max if layer.map_max > 0 else 1.0])
         seen[kind] += layer.coverage * float(covered(full, one.thickness_mm, one.powder)[0])
     return seen

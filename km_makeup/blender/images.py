@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from ..errors import MakeupError
 from ..makeup.maps import CHANNELS, check_map
+from ..makeup.statistics import MapStatistics
+from ..makeup.statistics import statistics as map_statistics
 from . import udim
 
 IMAGE_KIND = "km_makeup_image"
@@ -41,28 +43,28 @@ def map_values(image: bpy.types.Image, channel: str) -> NDArray:
     return check_map(values, f"The map {image.name!r}")
 
 
-def statistics(image: bpy.types.Image, channel: str) -> tuple[float, float]:
-    """Highest value and covered share (0..1) of a channel, as last read.
+def statistics(image: bpy.types.Image, channel: str) -> MapStatistics:
+    """What is painted on a channel, as last read.
 
     Reading millions of texels takes longer than everything else that a change of a property needs, so a map that
     was found painted counts as painted until `forget_statistics`; one that was found empty is read again while it
-    has unsaved strokes.
+    has unsaved strokes. Of a map that is read again, only rows that changed are looked at.
     """
     key = (image.session_uid, channel, tuple(image.size), image.filepath)
-    if key not in _statistics or (image.is_dirty and _statistics[key][0] == 0):
-        values = map_values(image, channel)
-        highest = float(values.max()) / (255 if values.dtype == np.uint8 else 1)
-        _statistics[key] = (highest, float(np.count_nonzero(values)) / values.size)
+    known = _statistics.get(key)
+    if known is None or key in _old or (image.is_dirty and known.maximum == 0):
+        _statistics[key] = map_statistics(map_values(image, channel), known)
+        _old.discard(key)
     return _statistics[key]
 
 
 def forget_statistics(image: bpy.types.Image | None = None) -> None:
     """Read this map, or every map, again at the next call of `statistics`: undo changes pixels and leaves no mark."""
-    for key in [key for key in _statistics if image is None or key[0] == image.session_uid]:
-        del _statistics[key]
+    _old.update(key for key in _statistics if image is None or key[0] == image.session_uid)
 
 
-_statistics: dict[tuple, tuple[float, float]] = {}
+_statistics: dict[tuple, MapStatistics] = {}
+_old: set[tuple] = set()
 
 
 def unsaved_maps() -> list[bpy.types.Image]:

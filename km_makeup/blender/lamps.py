@@ -88,10 +88,11 @@ def _may_shine(obj: bpy.types.Object) -> bool:
     if not obj.hide_render:
         return True
     action = obj.animation_data.action if obj.animation_data else None
-    return bool(action) and "hide_render" in str([curve.data_path for curve in _curves(action)])
+    return bool(action) and "hide_render" in str([curve.data_path for curve in curves_of(action)])
 
 
-def _curves(action: bpy.types.Action) -> list[bpy.types.FCurve]:
+def curves_of(action: bpy.types.Action) -> list[bpy.types.FCurve]:
+    """All F-curves of an action."""
     return [
         curve for layer in action.layers for strip in layer.strips for bag in strip.channelbags for curve in bag.fcurves
     ]
@@ -120,6 +121,15 @@ def irradiance_at(obj: bpy.types.Object, place: Vector) -> tuple[float, float, f
         inside = min(max((cosine - edge) / max((1 - edge) * lamp.spot_blend, 1e-4), 0), 1)
         share *= inside * inside * (3 - 2 * inside)
     return tuple(power * share / (distance2 + radius2))
+
+
+def solid_angle(obj: bpy.types.Object, place: Vector) -> float:
+    """Solid angle (sr) of a lamp as seen from a place; at least that of a point, 1e-5."""
+    radius = _radius(obj)
+    if obj.data.type == "SUN":
+        return max(float(np.pi) * radius * radius, 1e-5)
+    distance2 = max((obj.matrix_world.translation - place).length_squared, 1e-12)
+    return max(float(np.pi) * radius * radius / (distance2 + radius * radius), 1e-5)
 
 
 def _radius(obj: bpy.types.Object) -> float:

@@ -6,20 +6,20 @@ while the plan lists a film. The slot and its original are remembered, so taking
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import bpy
 import numpy as np
 
-from ..effects import Engine, LayerFacts, Plan, SceneFacts, Switch, make_plan
+from ..effects import Engine, Plan, Switch, everything, make_plan
 from ..errors import MakeupError
 from ..makeup import Coat, coat, interface_of
-from ..products import Finish, Product
+from ..products import Product
 from ..spectra import Bands, bands
-from . import fitting, images, udim
-from .highlights import by_maps, film_highlights, finishes_of, highlights_of, lamps_for
-from .library import library
+from . import compositor, fitting, keyed, udim
+from .calibration import calibration_here
+from .facts import engines_of, facts_of, product_of, thickness_of
+from .highlights import by_maps, film_highlights, finishes_of, highlights_of
 from .lobes import Highlights
 from .nodes.groups import (
     KIND,
@@ -256,56 +256,39 @@ def _groups_in(tree: bpy.types.NodeTree) -> list[bpy.types.NodeTree]:
     return found
 
 
-def engines_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> frozenset[Engine]:
-    """The engines that the object's materials are built for."""
-    if obj.km_makeup.both_engines:
-        return frozenset(Engine)
-    engine: str = scene.render.engine
-    return frozenset({Engine.CYCLES if engine == "CYCLES" else Engine.EEVEE})
+def plan_of(
+    obj: bpy.types.Object, scene: bpy.types.Scene | None = None, baked: bool | None = None, any_view: bool = False
+) -> Plan:
+    """What this object's makeup needs.
 
-
-def facts_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> SceneFacts:
-    """Facts about the object's layers; in a window the active layer counts as the one to be painted."""
-    layers = []
-    alone = any(layer.solo for layer in obj.km_makeup.layers)
-    for index, layer in enumerate(obj.km_makeup.layers):
-        product = library().find(layer.product)
-        if not math.isfinite(layer.thickness_um):
-            raise MakeupError(f"The thickness of layer {layer.name!r} is not a number; give it one in µm.")
-        high, covered = images.statistics(layer.map, layer.channel) if layer.map else (0.0, 0.0)
-        high *= layer.strength
-        layer.map_max, layer.coverage = high, covered
-        layers.append(
-            LayerFacts(
-                name=layer.name or product.name,
-                product=product.id,
-                thickness_mm=layer.thickness_um / 1000,
-                map_max=high,
-                coverage=covered,
-                enabled=layer.enabled and (layer.solo or not alone),
-                internal=product.interface == "internal",
-                switch=Switch(layer.switch.lower()),
-                mapped=layer.map is not None,
-                edited=index == obj.km_makeup.active and not bpy.app.background,
-            )
-        )
+    ``baked``: for textures, or live films, whatever is shown now; ``any_view``: for every view, not those of the scene's cameras.
+    """
+    scene = scene or bpy.context.scene
     makeup = obj.km_makeup
-    asked = makeup.highlight == "LAMPS"
-    lamps = lamps_for(obj, scene) if asked else None
-    return SceneFacts(
-        tuple(layers),
-        engines_of(obj, scene),
-        Switch(makeup.finish.lower()),
-        makeup.scattering == "SCREEN",
-        asked,
-        len(lamps.chosen) if lamps else 0,
-        lamps.sentence if lamps else "",
-    )
+    facts = facts_of(obj, scene)
+    if baked is not None:
+        facts = replace(facts, baked=baked)
+    if any_view:
+        facts = replace(
+            facts,
+            view=replace(facts.view, any_view=True, visible=True),
+            layers=tuple(replace(x, seen=True) for x in facts.layers),
+        )
+    if makeup.everything:
+        return everything(facts)
+    said = {one.name: Switch(one.switch.lower()) for one in makeup.overrides}
+    budget = makeup.budget_ms if makeup.use_budget else None
+    previous = None if bpy.app.background else _plans.get(obj.session_uid)
+    return make_plan(facts, makeup.tolerance, said, budget, previous, calibration_here())
 
 
-def plan_of(obj: bpy.types.Object, scene: bpy.types.Scene | None = None) -> Plan:
-    """What this object's makeup needs."""
-    return make_plan(facts_of(obj, scene or bpy.context.scene))
+_plans: dict[int, Plan] = {}
+"""The plan that each object was last built by, by session_uid."""
+
+
+def planned(obj: bpy.types.Object) -> Plan | None:
+    """The plan that the object was last built by in this session."""
+    return _plans.get(obj.session_uid)
 
 
 def light_of(obj: bpy.types.Object) -> str:
@@ -324,17 +307,7 @@ def stack_of(obj: bpy.types.Object, plan: Plan) -> tuple[list[Product], list[Coa
     """Products and coats of the films that the plan lists, bottom to top."""
     layers = [obj.km_makeup.layers[i] for i in plan.film_indices]
     products = [product_of(layer) for layer in layers]
-    return products, [coat(p, layer.thickness_um) for p, layer in zip(products, layers)]
-
-
-def product_of(layer: bpy.types.PropertyGroup) -> Product:
-    """The product of a layer, with the finish and the form that the layer puts in place of the product's own."""
-    product = library().find(layer.product)
-    if layer.own_finish:
-        product = replace(product, finish=Finish(layer.roughness, layer.f0))
-    if layer.form != "PRODUCT":
-        product = replace(product, form=layer.form.lower())
-    return product
+    return products, [coat(p, thickness_of(obj, i)) for p, i in zip(products, plan.film_indices)]
 
 
 def refresh(obj: bpy.types.Object, scene: bpy.types.Scene | None = None, anew: bool = False) -> Plan:
@@ -345,23 +318,42 @@ def refresh(obj: bpy.types.Object, scene: bpy.types.Scene | None = None, anew: b
     scene = scene or bpy.context.scene
     _check_set_up(obj)
     plan = plan_of(obj, scene)
+    _plans[obj.session_uid] = plan
+    compositor.follow(scene, [plan, *(_plan_known(one, scene) for one in compositor.heads_of(scene) if one != obj)])
     if not plan.touches_material:
         _bare(obj)
         return plan
-    parts = _baked_parts(obj, plan) if plan.any_film and obj.km_makeup.path == "BAKED" else _live_parts(obj, plan)
+    parts = _baked_parts(obj, plan) if plan.path.on else _live_parts(obj, plan)
     engines = engines_of(obj, scene)
     products, coats = stack_of(obj, plan)
     highlights = highlights_of(obj, scene, plan, products, coats)
     settings = GroupSettings(
-        obj.km_makeup.uv_map, plan.finish.on, finishes_of(products) if plan.finish.on else (), obj.km_makeup.exclusion
+        obj.km_makeup.uv_map,
+        plan.finish.on,
+        finishes_of(plan, products) if plan.finish.on else (),
+        obj.km_makeup.exclusion,
     )
     if anew or not _retuned(obj, parts, settings, engines, highlights, plan):
         group = makeup_group(parts, settings, f"KM Makeup {obj.name}")
         for entry in obj.km_makeup.slots:
             _dress(obj, entry, group, engines, highlights, plan)
     for entry in obj.km_makeup.slots:
+        _follow_keys(obj, entry, plan)
         _wear(obj, entry)
     return plan
+
+
+def _plan_known(obj: bpy.types.Object, scene: bpy.types.Scene) -> Plan:
+    return _plans.get(obj.session_uid) or plan_of(obj, scene)
+
+
+def _follow_keys(obj: bpy.types.Object, entry: bpy.types.PropertyGroup, plan: Plan) -> None:
+    """Films whose layers have keys: the nodes' factors get keys that follow them."""
+    if plan.path.on or entry.made is None:
+        return
+    for node in _makeup_nodes(entry.made.node_tree):
+        for number, index in enumerate(plan.film_indices, 1):
+            keyed.follow(obj, index, node.node_tree.nodes[f"Strength {number}"].inputs[1])
 
 
 def _retuned(
@@ -394,7 +386,7 @@ def _retuned(
 
 def _dressing(entry: bpy.types.PropertyGroup, engines: frozenset[Engine], highlights: Highlights, plan: Plan) -> str:
     """All that the rewiring of a material depends on, as a short hash."""
-    effects = [(effect.name, effect.on) for effect in plan.effects if effect not in plan.films]
+    effects = [plan.scatters, plan.shine.normals.on, plan.screen_diffusion.on, plan.dither.on, plan.finish.on]
     return signature_of(entry.original.name, sorted(engine.name for engine in engines), effects, highlights.marks())
 
 
@@ -442,7 +434,10 @@ def _dress(
         node.node_tree = group
         return node
 
-    apply_makeup(material, instance, engines, highlights, plan.screen_diffusion.on, plan.dither.on)
+    apply_makeup(
+        material, instance, engines, highlights,
+        plan.screen_diffusion.on, plan.dither.on, plan.scatters, plan.shine.normals.on,
+    )  # fmt: skip
     old, entry.made = entry.made, material
     _wear(obj, entry)
     _delete(old)
@@ -453,7 +448,10 @@ def _live_parts(obj: bpy.types.Object, plan: Plan) -> list[FilmNodes]:
         return []
     products, coats = stack_of(obj, plan)
     skin = fitting.SkinColours.of(skin_under(obj))
-    transfers = fitting.transfers(coats, skin, interface_of(products), light_of(obj), bpy.data.colorspace.working_space)
+    live = plan.film_indices
+    below = [[k for k in range(n) if (live[k], live[n]) in plan.meeting] for n in range(len(live))]
+    space = bpy.data.colorspace.working_space
+    transfers = fitting.transfers(coats, skin, interface_of(products), light_of(obj), space, below)
     layers = [obj.km_makeup.layers[i] for i in plan.film_indices]
     for layer, transfer in zip(layers, transfers):
         layer.swatch = transfer.apply(np.array(1.0), skin.colours.mean(axis=0)).clip(0, 1)
@@ -470,7 +468,7 @@ def _bands_of(obj: bpy.types.Object) -> Bands:
 
 def _baked_parts(obj: bpy.types.Object, plan: Plan) -> BakedNodes:
     makeup = obj.km_makeup
-    passed = makeup.baked_T2 is not None and makeup.baked_R_up is not None
+    passed = makeup.baked_T2 is not None
     if makeup.baked_R is None or not (passed or (makeup.finished and makeup.baked_albedo is not None)):
         raise MakeupError(f"{obj.name!r} has no baked textures yet; press Bake, or set Colour to Live.")
     albedo = makeup.baked_albedo if makeup.finished else None

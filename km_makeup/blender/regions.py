@@ -34,7 +34,7 @@ def lay(obj: bpy.types.Object, layer: bpy.types.PropertyGroup, region: str, edge
     if old is not None:
         painted = images.map_values(old, layer.channel)
         values = np.maximum(painted, values if painted.dtype == np.uint8 else mask)
-    images.keep([old] if old is not None and images.statistics(old, layer.channel)[0] > 0 else [])
+    images.keep([old] if old is not None and images.statistics(old, layer.channel).maximum > 0 else [])
     layer.map = images.image_from_map(f"{obj.name} {layer.name}", values)
     layer.channel = "R"
     return float(np.count_nonzero(values)) / values.size

@@ -46,12 +46,8 @@ def render(scene: bpy.types.Scene, shot: Shot) -> float:
     check_format(shot.path)
     settings = scene.render
     scene.camera = shot.camera
-    settings.engine = ENGINE_NAMES[shot.engine]
-    settings.resolution_x, settings.resolution_y = shot.size
-    settings.resolution_percentage = 100
-    scene.cycles.samples, scene.cycles.seed = shot.samples, shot.seed
-    scene.cycles.use_animated_seed = False
-    scene.eevee.taa_render_samples = shot.samples
+    set_frame(scene, shot.engine, shot.size, shot.samples)
+    scene.cycles.seed, scene.cycles.use_animated_seed = shot.seed, False
     kind, depth = FORMATS[shot.path.suffix.lower()]
     settings.image_settings.media_type = "IMAGE"
     settings.image_settings.file_format, settings.image_settings.color_depth = kind, depth
@@ -66,6 +62,15 @@ def render(scene: bpy.types.Scene, shot: Shot) -> float:
         if kind == "PNG":
             temporary.write_bytes(without_text(temporary.read_bytes()))
     return time.perf_counter() - start
+
+
+def set_frame(scene: bpy.types.Scene, engine: Engine, size: tuple[int, int], samples: int) -> None:
+    """Engine, size in pixels and samples of the pictures to come."""
+    settings = scene.render
+    settings.engine = ENGINE_NAMES[engine]
+    settings.resolution_x, settings.resolution_y = size
+    settings.resolution_percentage = 100
+    scene.cycles.samples = scene.eevee.taa_render_samples = samples
 
 
 def without_text(png: bytes) -> bytes:

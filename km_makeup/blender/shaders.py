@@ -17,6 +17,7 @@ Diffuse and Subsurface Scattering closures get the colour (and radius) only: the
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from enum import Enum
 
 import bpy
@@ -134,11 +135,14 @@ def apply_makeup(
     highlights: Highlights,
     screen: bool = False,
     dither: bool = False,
+    scatter: bool = True,
+    relief: bool = True,
 ) -> None:
     """Rewire a material (a copy that is ours) so that makeup lies over its skin, for the engines asked for.
 
     With ``screen``, EEVEE gets no subsurface closure but AOVs for `compositor.diffusion`; with ``dither``
-    its near-black colours are dithered.
+    its near-black colours are dithered. Without ``scatter`` no closure scatters light below the surface, in any engine;
+    without ``relief`` normal and bump maps keep their strength under films.
     """
     output = outputs_of(material)[0]
     for other in outputs_of(material)[1:]:
@@ -147,44 +151,55 @@ def apply_makeup(
     if engines == frozenset(Engine):
         twin = _twin(material.node_tree, output)
         output.target, twin.target = "EEVEE", "CYCLES"
-        _apply(output.inputs["Surface"], makeup, eevee, highlights, dither)
-        _apply(twin.inputs["Surface"], makeup, Closures.TWO, highlights, False)
+        _apply(output.inputs["Surface"], _Cover(makeup, eevee, highlights, dither, scatter, relief))
+        _apply(twin.inputs["Surface"], _Cover(makeup, Closures.TWO, highlights, False, scatter, relief))
     else:
         output.target = "ALL"
         only_eevee = engines == {Engine.EEVEE}
         form = eevee if only_eevee else Closures.TWO
-        _apply(output.inputs["Surface"], makeup, form, highlights, dither and only_eevee)
+        _apply(output.inputs["Surface"], _Cover(makeup, form, highlights, dither and only_eevee, scatter, relief))
 
 
-def _apply(
-    surface: bpy.types.NodeSocket, makeup: MakeupNode, form: Closures, highlights: Highlights, dither: bool
-) -> None:
+@dataclass(frozen=True)
+class _Cover:
+    """How makeup is laid over the closures of one output; the fields are those of `apply_makeup`."""
+
+    makeup: MakeupNode
+    form: Closures
+    highlights: Highlights
+    dither: bool
+    scatter: bool
+    relief: bool
+
+
+def _apply(surface: bpy.types.NodeSocket, how: _Cover) -> None:
     nodes = list(shader_nodes(surface))
-    scatters = form is Closures.ONE and any(_scatters(node) for node in nodes)
+    if not how.scatter:
+        nodes = [_unscattered(node) if _may_scatter(node) else node for node in nodes]
+    scatters = how.form is Closures.ONE and any(_scatters(node) for node in nodes)
     for node in nodes:
         if node.bl_idname == "ShaderNodeGroup" and node.node_tree:
             node.node_tree = node.node_tree.copy()
             for end in _group_ends(node.node_tree):
-                _apply(end, makeup, form, highlights, dither)
+                _apply(end, how)
         elif node.bl_idname in COLOUR_INPUT:
-            _cover(node, makeup, form, highlights, dither, scatters)
+            _cover(node, how, scatters)
 
 
-def _cover(
-    node: bpy.types.Node, makeup: MakeupNode, form: Closures, highlights: Highlights, dither: bool, scatters: bool
-) -> None:
+def _cover(node: bpy.types.Node, how: _Cover, scatters: bool) -> None:
     """Lay the makeup over one closure; ``scatters`` tells whether a closure of the material does."""
-    tree = Tree(node.id_data)
-    group = makeup(node.id_data)
+    tree, form, highlights = Tree(node.id_data), how.form, how.highlights
+    group = how.makeup(node.id_data)
     group.location = (node.location.x - 260, node.location.y)
     _hand_on(node.inputs[COLOUR_INPUT[node.bl_idname]], group.inputs["Skin"])
     total, film, skin = (Colour(tree, group.outputs[name]) for name in ("Colour", "Film", "Skin"))
     shaders = [node]
     if SHARE in group.outputs:
-        _fill(tree, node, Scalar(tree, group.outputs[SHARE]))
+        if how.relief:
+            _fill(tree, node, Scalar(tree, group.outputs[SHARE]))
         if node.bl_idname == PRINCIPLED:
             shaders = lay_highlights(tree, node, group, highlights, form is Closures.TWO, scatters)
-    if dither:
+    if how.dither:
         total = _dithered(tree, total)
     if form is Closures.TWO and _scatters(node):
         _two_closures(tree, shaders, film, skin)
@@ -217,6 +232,30 @@ def _scatters(node: bpy.types.Node) -> bool:
         return True
     weight = node.inputs["Subsurface Weight"] if node.bl_idname == PRINCIPLED else None
     return weight is not None and (weight.is_linked or weight.default_value > 0)
+
+
+def _may_scatter(node: bpy.types.Node) -> bool:
+    return node.bl_idname in COLOUR_INPUT and _scatters(node)
+
+
+def _unscattered(node: bpy.types.Node) -> bpy.types.Node:
+    """The closure, its light leaving where it enters."""
+    tree = node.id_data
+    if node.bl_idname == PRINCIPLED:
+        weight = node.inputs["Subsurface Weight"]
+        for link in list(weight.links):
+            tree.links.remove(link)
+        weight.default_value = 0.0
+        return node
+    diffuse = tree.nodes.new(DIFFUSE)
+    diffuse.location = node.location
+    for name in ("Color", "Normal"):
+        if name == "Color" or node.inputs[name].is_linked:
+            _hand_on(node.inputs[name], diffuse.inputs[name])
+    for link in list(node.outputs[0].links):
+        tree.links.new(diffuse.outputs[0], link.to_socket)
+    tree.nodes.remove(node)
+    return diffuse
 
 
 def _hand_on(old: bpy.types.NodeSocket, new: bpy.types.NodeSocket) -> None:

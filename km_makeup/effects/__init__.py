@@ -1,6 +1,38 @@
 """What a scene calls for: facts about it, and the plan of effects that are simulated, with reasons."""
 
-from .facts import Engine, LayerFacts, SceneFacts, Switch
-from .plan import Effect, Plan, make_plan
+from .calibration import Calibration
+from .effect import DEFAULT_TOLERANCE, Cost, Effect
+from .facts import (
+    Engine,
+    LampFacts,
+    LayerFacts,
+    SceneFacts,
+    SkinFacts,
+    Switch,
+    TextureFacts,
+    ViewFacts,
+)
+from .plan import Plan, changed, everything, line, lines, make_plan, state, summary
 
-__all__ = ["Effect", "Engine", "LayerFacts", "Plan", "SceneFacts", "Switch", "make_plan"]
+__all__ = [
+    "DEFAULT_TOLERANCE",
+    "Calibration",
+    "Cost",
+    "Effect",
+    "Engine",
+    "LampFacts",
+    "LayerFacts",
+    "Plan",
+    "SceneFacts",
+    "SkinFacts",
+    "Switch",
+    "TextureFacts",
+    "ViewFacts",
+    "changed",
+    "everything",
+    "line",
+    "lines",
+    "make_plan",
+    "state",
+    "summary",
+]

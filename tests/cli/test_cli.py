@@ -138,6 +138,23 @@ def test_baking_writes_textures_and_says_which(run, tmp_path):
     assert {file.stem.rpartition("Head_")[2] for file in written} >= {"R", "T2", "R_up", "albedo", "finish"}
 
 
+def test_the_plan_is_listed_with_reasons_and_as_json(run, files):
+    layers = ("--layer", "lipstick-berry=FILES/lips.png@15um", "--layer", "foundation-light=FILES/small.png@10um")
+    code, out, _ = run("plan", "FILES/head.blend", *layers)
+    assert code == 0 and "its map is empty" in out and "foundation" in out and "left out" in out
+    code, out, _ = run(
+        "plan", "FILES/head.blend", *layers, "--engine", "cycles", "--size", "300x400", "--json", "--tolerance", "2"
+    )
+    plan = json.loads(out)
+    effects = {effect["key"]: effect for effect in plan["effects"]}
+    assert code == 0 and plan["tolerance"] == 2 and 0 <= plan["left_out"] <= 2
+    assert effects["film:0"]["on"] and not effects["film:1"]["on"] and not effects["compositor"]["on"]
+    code, out, _ = run("plan", "FILES/head.blend", *layers, "--everything", "--json")
+    assert {e["key"]: e["on"] for e in json.loads(out)["effects"]}["film:1"]
+    code, _, errors = run("plan", "FILES/head.blend", "--tolerance", "-1")
+    assert code == 2 and len(errors) == 1 and "0 or more" in errors[0]
+
+
 def test_a_blend_is_opened_and_left_as_it_was(run, files, tmp_path):
     before = (files / "head.blend").read_bytes()
     code, _, err = run(

@@ -322,7 +322,7 @@ def open_scene(head_name: str, look: str):
         if name in bpy.data.objects:
             bpy.data.objects.remove(bpy.data.objects[name])
     makeup.set_up(head)
-    head.km_makeup.finish = "OFF"
+    head.km_makeup.finish, head.km_makeup.tolerance = "OFF", 0
     if look != "bare":
         looks.apply_look(head, Look.load(ROOT / "sample_blend" / "looks" / f"{look}.json"))
     _add_lamps(head)

@@ -119,7 +119,7 @@ def make_up(obj: bpy.types.Object, case: dict[str, Any], path: str, maps: Maps) 
 
     layers = tuple(Layer(f["product"], f["thickness_um"], maps.path(f["value"])) for f in case["films"])
     with paused():
-        obj.km_makeup.finish = "OFF"
+        obj.km_makeup.finish, obj.km_makeup.tolerance = "OFF", 0
     looks.apply_look(obj, Look(case["name"], layers))
     if path == "live":
         return

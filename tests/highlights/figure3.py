@@ -68,6 +68,7 @@ def main() -> None:
 
     write_png(everywhere, np.full((4, 4), 255, np.uint8))
     head.km_makeup.highlight, head.km_makeup.highlight_rule = "LAMPS", options.rule.upper()
+    head.km_makeup.tolerance = 0
     looks.apply_look(head, Look("Figure 3", (Layer(options.product, options.thickness, str(everywhere.resolve())),)))
     width, height = map(int, options.size.split("x"))
     camera = studio.camera_for(head, options.view)

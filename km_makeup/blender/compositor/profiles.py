@@ -12,6 +12,7 @@ From the mean free path l and the albedo A follows Burley's d = l / (1.9 - A + 3
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from enum import Enum
 
@@ -86,12 +87,30 @@ def profile_of(heads: list[bpy.types.Object], scene: bpy.types.Scene, count: int
     Baked films widen it by what they send back into the skin, their mean over the textures: where films lie on a part of
     the face only, it is a little too wide beside them and too narrow below them.
     """
-    found = [one for head in heads for one in _distances(head, scene)]
-    profile = SKIN if count >= COUNT else reduced(SKIN, count)
-    if found:
-        profile = fit_gaussians(np.maximum(np.exp(np.mean(np.log(found), axis=0)), LEAST_MM), count)
+    found = [one for head in heads for one in distances_of(head, scene)]
+    profile = bare_profile(found, count)
     back = np.mean([back_reflectance(head) for head in heads], axis=0) if heads else np.zeros(3)
     return reduced(widened(profile, back, PASSES), count) if back.max() > NO_BACK else profile
+
+
+def sharpened(profile: GaussianProfile, left_out: int) -> GaussianProfile:
+    """The profile with so many of its narrowest Gaussians narrower than anything: their light leaves where it entered."""
+    variances = profile.variances.copy()
+    variances[np.argsort(variances, kind="stable")[:left_out]] = LEAST_MM**2
+    return GaussianProfile(variances, profile.weights)
+
+
+def bare_profile(found: list[NDArray], count: int) -> GaussianProfile:
+    """The profile of some scattering distances (mm), without films; `SKIN` where there are none."""
+    if not found:
+        return SKIN if count >= COUNT else reduced(SKIN, count)
+    mean = np.maximum(np.exp(np.mean(np.log(found), axis=0)), LEAST_MM)
+    return _fitted(tuple(float(d) for d in mean), count)
+
+
+@functools.lru_cache(maxsize=16)
+def _fitted(distances: tuple[float, ...], count: int) -> GaussianProfile:
+    return fit_gaussians(np.array(distances), count)
 
 
 def back_reflectance(head: bpy.types.Object) -> NDArray:
@@ -106,7 +125,7 @@ def back_reflectance(head: bpy.types.Object) -> NDArray:
     return np.clip(pixels.reshape(-1, 4)[:, :3].mean(axis=0) * albedo, 0, 0.9)
 
 
-def _distances(head: bpy.types.Object, scene: bpy.types.Scene) -> list[NDArray]:
+def distances_of(head: bpy.types.Object, scene: bpy.types.Scene) -> list[NDArray]:
     """Burley's d (mm, three channels) of every scattering shader of the head's original materials."""
     millimetre = 0.001 / scene.unit_settings.scale_length
     found = []

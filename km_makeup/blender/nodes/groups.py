@@ -111,19 +111,21 @@ def _affine(a: Colour, columns: Sequence[Colour], c: Colour) -> Colour:
     return out
 
 
-def baked_group() -> bpy.types.NodeTree:
-    """A baked stack over skin: ``R + T2 c / (1 - R_up c)`` per channel."""
+def baked_group(between: bool = True) -> bpy.types.NodeTree:
+    """A baked stack over skin: ``R + T2 c / (1 - R_up c)`` per channel, or ``R + T2 c`` without light ``between`` films and skin."""
 
     def build(tree: Tree) -> None:
         skin = tree.colour_input("Skin", "Linear RGB reflectance of the bare skin")
         R = tree.colour_input("R", "Reflectance of the films alone, from above")
         T2 = tree.colour_input("T2", "Transmittance through the films, in and out again", (1.0, 1.0, 1.0, 1.0))
-        R_up = tree.colour_input("R up", "Reflectance of the films from below")
-        loss = (1.0 - R_up * skin).maximum(1e-4)
-        tree.output("Colour", (T2 * skin / loss) + R, "Linear RGB reflectance of skin with films")
+        seen = T2 * skin
+        if between:
+            R_up = tree.colour_input("R up", "Reflectance of the films from below")
+            seen = seen / (1.0 - R_up * skin).maximum(1e-4)
+        tree.output("Colour", seen + R, "Linear RGB reflectance of skin with films")
         tree.output("Film", R + 0.0, "The part of it that the films send back by themselves")
 
-    return owned_group("baked", "", "KM Baked Stack", build)
+    return owned_group("baked", "" if between else "simple", "KM Baked Stack", build)
 
 
 @dataclass(frozen=True)
@@ -138,6 +140,8 @@ class FilmNodes:
 @dataclass(frozen=True)
 class BakedNodes:
     """The textures of a baked stack: R, T2, R_up, finish, or R with the finished albedo.
+
+    Without R_up, light between films and skin is in T2, for the skin's mean colour.
 
     ``highlights`` of the films, bottom to top, take the place of the finish texture where they are given.
     """
@@ -308,8 +312,11 @@ def _baked(tree: Tree, parts: BakedNodes, skin: Colour, maps: _Maps) -> tuple[Co
     R = maps.texture(parts.R)
     if parts.albedo is not None:
         return maps.texture(parts.albedo), R
-    assert parts.T2 is not None and parts.R_up is not None
-    node = tree.group(baked_group(), Skin=skin, R=R, T2=maps.texture(parts.T2), R_up=maps.texture(parts.R_up))
+    assert parts.T2 is not None
+    inputs = {"Skin": skin, "R": R, "T2": maps.texture(parts.T2)}
+    if parts.R_up is not None:
+        inputs["R_up"] = maps.texture(parts.R_up)
+    node = tree.group(baked_group(parts.R_up is not None), **inputs)
     return Colour(tree, node.outputs["Colour"]), Colour(tree, node.outputs["Film"])
 
 

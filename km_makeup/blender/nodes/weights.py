@@ -22,7 +22,7 @@ SHARE = "Share"
 class FilmHighlight:
     """What one film does to highlights.
 
-    ``kind`` is the index of its finish among the distinct ones. ``passed`` (stops, 3) is its diffuse transmittance over
+    ``kind`` is the index of its finish among the distinct ones, -1 where it keeps the highlight below it. ``passed`` (stops, 3) is its diffuse transmittance over
     the painted value, by which the paper dims what lies below; without it what lies below fades by coverage.
     """
 
@@ -102,6 +102,8 @@ def output_weights(
     weights: dict[int, Scalar] = {0: share}
     dimmed: dict[int, Colour] = {0: tree.colour((1.0, 1.0, 1.0))} if any(f.passed is not None for f in films) else {}
     for number, (film, value) in enumerate(zip(films, values), 1):
+        if film.kind < 0:
+            continue
         covered = _covered(film, value, number)
         kept = 1.0 - covered
         share = share * kept
@@ -127,6 +129,8 @@ def output_weights(
 def retune_weights(tree: bpy.types.NodeTree, films: Sequence[FilmHighlight], finishes: Sequence[Finish]) -> None:
     """Set the numbers of `output_weights` in a group that is built for such films."""
     for number, film in enumerate(films, 1):
+        if film.kind < 0:
+            continue
         tree.nodes[f"Cover {number}"].inputs[1].default_value = _cover_factor(film)
         if film.passed is not None:
             bar = tree.nodes[f"Dim {number}"].color_ramp

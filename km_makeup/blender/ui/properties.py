@@ -10,7 +10,7 @@ from bpy.props import PointerProperty
 
 from .accuracy.properties import AccuracyProperties
 from .bake.properties import BakeProperties
-from .effects.properties import EffectsProperties
+from .effects.properties import EffectsProperties, KM_PG_override
 from .highlights.properties import HighlightsProperties
 from .landmarks.properties import KM_PG_landmark, LandmarkProperties
 from .layer.properties import KM_PG_layer
@@ -31,7 +31,7 @@ class KM_PG_object(
     """Makeup of one object."""
 
 
-CLASSES = (KM_PG_layer, KM_PG_slot, KM_PG_landmark, KM_PG_object)
+CLASSES = (KM_PG_layer, KM_PG_slot, KM_PG_override, KM_PG_landmark, KM_PG_object)
 
 
 def register() -> None:

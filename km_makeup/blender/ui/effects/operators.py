@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatVectorProperty, IntProperty
+from bpy.props import BoolProperty, EnumProperty, FloatVectorProperty, IntProperty, StringProperty
 
 from ....errors import MakeupError
 from ..base import MakeupOperator
+from .properties import OVERRIDES
 
 
 class KM_OT_diffuse(MakeupOperator, bpy.types.Operator):
@@ -52,14 +53,21 @@ class KM_OT_diffuse(MakeupOperator, bpy.types.Operator):
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> str:
         from ... import compositor
+        from ...makeup import refresh
 
         if not obj.km_makeup.slots:
             raise MakeupError(f"{obj.name!r} has no makeup; press Set Up first.")
+        problem = compositor.refusal(context.scene)
+        if problem:
+            raise MakeupError(problem)
         heads = sorted({*compositor.heads_of(context.scene), obj}, key=lambda head: head.name)
         kind = compositor.Profile[self.profile]
-        profile = compositor.chosen_profile(kind, heads, context.scene, self.distances, self.gaussians)
-        compositor.insert(context.scene, profile, self.steps)
+        compositor.chosen_profile(kind, heads, context.scene, self.distances, self.gaussians)
+        compositor.ask(context.scene, kind, self.distances, self.gaussians, self.steps)
         obj.km_makeup.scattering = "SCREEN"
+        plan = refresh(obj, context.scene)
+        if not plan.screen_diffusion.on:
+            return f"Nothing was put in: {plan.screen_diffusion.reason}"
         return "The compositor diffuses the light of the skin"
 
 
@@ -72,8 +80,57 @@ class KM_OT_undiffuse(MakeupOperator, bpy.types.Operator):
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         from ... import compositor
 
+        compositor.forget(context.scene)
         compositor.remove(context.scene)
         obj.km_makeup.scattering = "CLOSURES"
 
 
-CLASSES = (KM_OT_diffuse, KM_OT_undiffuse)
+class KM_OT_effect(MakeupOperator, bpy.types.Operator):
+    """Let the plan decide on this effect, or turn it on or off"""
+
+    bl_idname = "km_makeup.effect"
+    bl_label = "Effect"
+    needs_setup = True
+    key: StringProperty(name="Effect", description="Key of the effect, as `plan --json` lists it")
+    switch: EnumProperty(name="Switch", description="Whether the plan decides on this effect", items=OVERRIDES)
+
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> str:
+        from ....effects import line
+        from ...makeup import plan_of, refresh
+
+        makeup = obj.km_makeup
+        if self.key not in [effect.key for effect in plan_of(obj, context.scene).effects]:
+            raise MakeupError(
+                f"There is no effect {self.key!r} here; `plan --json` lists the keys of those that there are."
+            )
+        kind, _, number = self.key.partition(":")
+        if kind == "film":
+            makeup.layers[int(number)].switch = self.switch
+        elif self.switch == "AUTO":
+            if self.key in makeup.overrides:
+                makeup.overrides.remove(makeup.overrides.find(self.key))
+        else:
+            one = makeup.overrides.get(self.key) or makeup.overrides.add()
+            one.name, one.switch = self.key, self.switch
+        return line(refresh(obj, context.scene).effect(self.key))
+
+
+class KM_OT_plan(MakeupOperator, bpy.types.Operator):
+    """Plan again, rebuild what changed, and say what did"""
+
+    bl_idname = "km_makeup.plan"
+    bl_label = "Plan Again"
+    needs_setup = True
+
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> str:
+        from ....effects import changed, summary
+        from ... import images
+        from ...makeup import planned, refresh
+
+        images.forget_statistics()
+        before = planned(obj)
+        plan = refresh(obj, context.scene)
+        return "; ".join(changed(before, plan)) or f"Nothing changed: {summary(plan)}"
+
+
+CLASSES = (KM_OT_diffuse, KM_OT_undiffuse, KM_OT_effect, KM_OT_plan)

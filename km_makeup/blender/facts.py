@@ -1,0 +1,293 @@
+"""What a plan is made from: the object's layers, its skin, the lamps, cameras and textures of its scene, as plain data."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from itertools import combinations
+
+import bpy
+import numpy as np
+from mathutils import Vector
+
+from ..effects import Engine, LampFacts, LayerFacts, SceneFacts, SkinFacts, Switch, TextureFacts
+from ..errors import MakeupError
+from ..makeup import coat
+from ..makeup.finish import Finish as Gloss
+from ..makeup.statistics import MapStatistics, joint
+from ..optics.diffusion import fit_gaussians
+from ..products import Finish, Product
+from . import images, keyed, seen, views
+from .compositor.profiles import distances_of
+from .lamps import irradiance_at, lamps_of, solid_angle
+from .library import library
+from .shaders import BUMP, NORMAL_MAP, PRINCIPLED, outputs_of, shader_nodes
+from .skin import skin_of
+
+GAUSSIANS = 4
+"""By so many the plan sees a profile that only the renderer draws."""
+
+UNKNOWN_WORLD = 0.5
+"""Radiance of a world that is not one colour, and strength of a sun in it: it is not read."""
+
+
+def engines_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> frozenset[Engine]:
+    """The engines that the object's materials are built for."""
+    if obj.km_makeup.both_engines:
+        return frozenset(Engine)
+    return frozenset({engine_of(scene)})
+
+
+def engine_of(scene: bpy.types.Scene) -> Engine:
+    """The engine that the scene renders with; EEVEE for any that is not Cycles."""
+    engine: str = scene.render.engine
+    return Engine.CYCLES if engine == "CYCLES" else Engine.EEVEE
+
+
+def product_of(layer: bpy.types.PropertyGroup) -> Product:
+    """The product of a layer, with the finish and the form that the layer puts in place of the product's own."""
+    product = library().find(layer.product)
+    if layer.own_finish:
+        product = replace(product, finish=Finish(layer.roughness, layer.f0))
+    if layer.form != "PRODUCT":
+        product = replace(product, form=layer.form.lower())
+    return product
+
+
+def thickness_of(obj: bpy.types.Object, index: int) -> float:
+    """Full thickness of a layer's film in micrometres, the greatest over time."""
+    layer = obj.km_makeup.layers[index]
+    return keyed.greatest(obj, index, "thickness_um", layer.thickness_um)
+
+
+def facts_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> SceneFacts:
+    """Facts about the object in its scene; in a window the active layer counts as the one to be painted."""
+    makeup = obj.km_makeup
+    maps = _maps(obj)
+    view = views.view_of(obj, scene)
+    layers = tuple(_layer(obj, index, maps) for index in range(len(makeup.layers)))
+    facts = SceneFacts(
+        layers,
+        engines_of(obj, scene),
+        Switch(makeup.finish.lower()),
+        makeup.scattering == "SCREEN",
+        makeup.highlight == "LAMPS",
+        renders=engine_of(scene),
+        baked=makeup.path == "BAKED",
+        finished=makeup.finished,
+        view=view,
+        light=bpy.path.abspath(makeup.light_file) if makeup.light == "OWN" else makeup.light,
+        space=str(bpy.data.colorspace.working_space),
+    )
+    present = [i for i, one in enumerate(layers) if one.mapped and one.enabled and one.map_max > 0]
+    if not makeup.slots or not (present or facts.screen_diffusion or any(one.edited for one in layers)):
+        return facts
+    lamps, left_out = _lamps(obj, scene)
+    sizes = [maps[i].shape for i in present]
+    size = max(sizes, key=lambda shape: shape[0] * shape[1], default=(0, 0))
+    where = seen.seen_by(obj, scene, view)
+    return replace(
+        facts,
+        layers=tuple(
+            replace(one, seen=i not in maps or where.shows(maps[i])) if one.map_max > 0 else one
+            for i, one in enumerate(layers)
+        ),
+        lamps=lamps,
+        lamps_left_out=left_out,
+        world=_world(scene),
+        skin=_skin(obj, scene),
+        textures=TextureFacts(size, where.texels_per_mm(size), makeup.resolution),
+        meets=_meets(maps, present),
+    )
+
+
+def _maps(obj: bpy.types.Object) -> dict[int, MapStatistics]:
+    layers = enumerate(obj.km_makeup.layers)
+    return {i: images.statistics(layer.map, layer.channel) for i, layer in layers if layer.map is not None}
+
+
+def _layer(obj: bpy.types.Object, index: int, maps: Mapping[int, MapStatistics]) -> LayerFacts:
+    layer = obj.km_makeup.layers[index]
+    product = product_of(layer)
+    if not math.isfinite(layer.thickness_um):
+        raise MakeupError(f"The thickness of layer {layer.name!r} is not a number; give it one in µm.")
+    known = maps.get(index)
+    strength = keyed.greatest(obj, index, "strength", layer.strength)
+    layer.map_max = known.maximum * strength if known else 0.0
+    layer.coverage = known.coverage if known else 0.0
+    alone = any(other.solo for other in obj.km_makeup.layers)
+    shown = keyed.greatest(obj, index, "enabled", float(layer.enabled)) > 0
+    thickness = thickness_of(obj, index)
+    return LayerFacts(
+        name=layer.name or product.name,
+        product=product.id,
+        thickness_mm=thickness / 1000,
+        map_max=layer.map_max,
+        coverage=layer.coverage,
+        enabled=shown and (layer.solo or not alone),
+        internal=product.interface == "internal",
+        switch=Switch(layer.switch.lower()),
+        mapped=layer.map is not None,
+        edited=index == obj.km_makeup.active and not bpy.app.background,
+        keyed=keyed.names(obj, index),
+        coat=coat(product, thickness),
+        finish=Gloss(product.finish.roughness, product.finish.f0),
+        detail=known.detail if known else {},
+    )
+
+
+def _meets(maps: Mapping[int, MapStatistics], present: list[int]) -> dict[tuple[int, ...], float]:
+    """By sets of two and three layers the share of the map that all of them cover."""
+    found: dict[tuple[int, ...], float] = {}
+    for size in (2, 3):
+        for one in combinations(present, size):
+            if size == 2 or all(found[pair] > 0 for pair in combinations(one, 2)):
+                found[one] = _joint(tuple(maps[i] for i in one))
+    return found
+
+
+@functools.lru_cache(maxsize=64)
+def _joint_of(marks: tuple[int, ...]) -> list[float]:
+    """A place to keep what maps share, by their identities."""
+    return []
+
+
+def _joint(maps: tuple[MapStatistics, ...]) -> float:
+    kept = _joint_of(tuple(one.mark for one in maps))
+    if not kept:
+        kept.append(joint(list(maps)))
+    return kept[0]
+
+
+def _lamps(obj: bpy.types.Object, scene: bpy.types.Scene) -> tuple[tuple[LampFacts, ...], str]:
+    corners = [obj.matrix_world @ Vector(corner) for corner in obj.bound_box]
+    place = sum(corners, Vector()) / len(corners)
+    lamps = lamps_of(scene, place)
+    found = [LampFacts(one.name, irradiance_at(one, place), solid_angle(one, place)) for one in lamps.chosen]
+    if _world_is_unknown(scene) or (not found and not any(_world(scene)) and _something_glows(scene)):
+        found.append(LampFacts("World", (math.pi * UNKNOWN_WORLD,) * 3, 1e-3, real=False))
+    return tuple(found), lamps.sentence
+
+
+def _background(scene: bpy.types.Scene) -> list[bpy.types.Node]:
+    tree = scene.world.node_tree if scene.world else None
+    return [node for node in tree.nodes if node.bl_idname not in ("ShaderNodeOutputWorld",)] if tree else []
+
+
+def _world_is_unknown(scene: bpy.types.Scene) -> bool:
+    return any(node.bl_idname != "ShaderNodeBackground" for node in _background(scene))
+
+
+def _world(scene: bpy.types.Scene) -> tuple[float, float, float]:
+    """Radiance of the world, RGB."""
+    if scene.world is None:
+        return (0.0, 0.0, 0.0)
+    nodes = _background(scene)
+    if not nodes:
+        r, g, b = scene.world.color if scene.world.node_tree is None else (0.0, 0.0, 0.0)
+        return r, g, b
+    if _world_is_unknown(scene):
+        return (UNKNOWN_WORLD,) * 3
+    total = np.zeros(3)
+    for node in nodes:
+        total += np.array(node.inputs["Color"].default_value[:3]) * node.inputs["Strength"].default_value
+    return float(total[0]), float(total[1]), float(total[2])
+
+
+def _something_glows(scene: bpy.types.Scene) -> bool:
+    """Whether any material of the scene may give light."""
+    for obj in scene.objects:
+        for slot in obj.material_slots:
+            tree = slot.material.node_tree if slot.material else None
+            for node in tree.nodes if tree else ():
+                if node.bl_idname == "ShaderNodeEmission" or node.bl_idname == "ShaderNodeGroup":
+                    return True
+                strength = node.inputs.get("Emission Strength")
+                if strength is not None and (strength.is_linked or strength.default_value > 0):
+                    return True
+    return False
+
+
+def _skin(obj: bpy.types.Object, scene: bpy.types.Scene) -> SkinFacts:
+    originals = [entry.original for entry in obj.km_makeup.slots if entry.original is not None]
+    skin = skin_of(originals, obj.km_makeup.uv_map)
+    order = np.argsort(skin.colours.mean(axis=1))
+    chosen = skin.colours[list(dict.fromkeys((order[len(order) // 2], order[0], order[-1])))]
+    colours = [skin.mean, *chosen] if len(skin.colours) > 1 else [skin.mean]
+    variances, weights = _profile(obj, scene)
+    return SkinFacts(
+        tuple(tuple(float(c) for c in one) for one in colours),
+        *_surface(originals),
+        _relief(originals),
+        variances,
+        weights,
+    )
+
+
+def _profile(
+    obj: bpy.types.Object, scene: bpy.types.Scene
+) -> tuple[tuple[float, ...], tuple[tuple[float, float, float], ...]]:
+    """Gaussians of the skin's own subsurface scattering, narrowest first."""
+    found = distances_of(obj, scene)
+    if obj.km_makeup.scattering == "SCREEN":
+        from . import compositor
+
+        profile = compositor.planned_profile(scene, obj)
+        order = np.argsort(profile.variances)
+        return tuple(profile.variances[order].tolist()), tuple(tuple(w) for w in profile.weights[order].tolist())
+    if not found:
+        return (), ()
+    d = np.exp(np.mean(np.log(np.maximum(found, 1e-4)), axis=0))
+    unit = _unit_profile()
+    variances, weights = [], []
+    for v, (w,) in zip(unit.variances, unit.weights):
+        for channel in range(3):
+            variances.append(float(v * d[channel] ** 2))
+            weights.append(tuple(float(w) if i == channel else 0.0 for i in range(3)))
+    order = np.argsort(variances, kind="stable")
+    return tuple(variances[i] for i in order), tuple(weights[i] for i in order)
+
+
+@functools.cache
+def _unit_profile():  # type: ignore[no-untyped-def]
+    return fit_gaussians(1.0, GAUSSIANS)
+
+
+def _surface(materials: list[bpy.types.Material]) -> tuple[Gloss, tuple[float, float, float]]:
+    """The skin's own roughness and F0, and weight, roughness and F0 of its coat, where they are numbers."""
+    for material in materials:
+        for output in outputs_of(material)[:1]:
+            for node in shader_nodes(output.inputs["Surface"]):
+                if node.bl_idname == PRINCIPLED:
+                    return _principled(node)
+    return Gloss(0.45, 0.0), (0.0, 0.1, 0.04)
+
+
+def _principled(node: bpy.types.Node) -> tuple[Gloss, tuple[float, float, float]]:
+    def number(name: str, otherwise: float) -> float:
+        socket = node.inputs[name]
+        return otherwise if socket.is_linked else float(socket.default_value)
+
+    def f0(ior: float) -> float:
+        return ((ior - 1) / (ior + 1)) ** 2
+
+    finish = Gloss(number("Roughness", 0.45), 2 * number("Specular IOR Level", 0.5) * f0(number("IOR", 1.45)))
+    return finish, (number("Coat Weight", 1.0), number("Coat Roughness", 0.1), f0(number("Coat IOR", 1.5)))
+
+
+def _relief(materials: list[bpy.types.Material]) -> float:
+    """Strength of the normal or bump maps that feed the skin's shaders; 1 where it is no number."""
+    found = 0.0
+    for material in materials:
+        for output in outputs_of(material)[:1]:
+            for node in shader_nodes(output.inputs["Surface"]):
+                if node.bl_idname == "ShaderNodeGroup":
+                    found = max(found, 1.0)
+                socket = node.inputs.get("Normal")
+                source = socket.links[0].from_node if socket is not None and socket.is_linked else None
+                if source is not None and source.bl_idname in (NORMAL_MAP, BUMP):
+                    strength = source.inputs["Strength"]
+                    found = max(found, 1.0 if strength.is_linked else float(strength.default_value))
+    return found

@@ -1,0 +1,41 @@
+"""Smaller and fewer textures beside the baked ones, where the plan finds that they look the same.
+
+The whole bake stays on disk as it is, for the next bake; what is loaded are these.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..bake import read_image, write_exrs
+from ..effects import Plan
+
+
+def reduced(
+    files: dict[str, Path], plan: Plan, reference: NDArray | None, half: bool, metadata: dict[str, str]
+) -> dict[str, Path]:
+    """The textures that the plan calls for: without R_up light between films and skin is in T2, for the reference's colour."""
+    between = plan.interreflection.on or "T2" not in files or "R_up" not in files or reference is None
+    if between and plan.divisor == 1:
+        return files
+    pictures = {key: read_image(path)[0][..., :3] for key, path in files.items()}
+    if not between:
+        back = pictures.pop("R_up").astype(np.float32)
+        pictures["T2"] = pictures["T2"] / np.maximum(1 - back * np.asarray(reference, np.float32), 1e-4)
+        metadata = metadata | {"formula": "R + T2 c, c the bare skin; light between films and skin for the reference"}
+    pictures = {key: averaged(values, plan.divisor) for key, values in pictures.items()}
+    made = {key: files[key].with_name(f"{files[key].stem}_planned.exr") for key in pictures}
+    write_exrs({made[key]: np.ascontiguousarray(pictures[key][::-1], np.float32) for key in made}, half, metadata)
+    return made
+
+
+def averaged(values: NDArray, divisor: int) -> NDArray:
+    """A texture (height, width, channels) as means of boxes of so many texels a side, as mip-maps are made."""
+    height, width, channels = values.shape
+    if divisor == 1 or height % divisor or width % divisor:
+        return values
+    boxes = values.reshape(height // divisor, divisor, width // divisor, divisor, channels)
+    return boxes.mean(axis=(1, 3), dtype=np.float32)

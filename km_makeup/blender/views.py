@@ -1,0 +1,105 @@
+"""How an object is seen: pixels per millimetre, its size in the picture, over all cameras and frames."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+
+import bpy
+from bpy_extras.object_utils import world_to_camera_view
+from mathutils import Vector
+
+from ..effects import ViewFacts
+from .compositor.scale import cameras_of, pixels_per_mm
+
+FRAMES = 25
+"""So many frames of an animation are looked at, evenly spread."""
+
+
+_shots: list[bpy.types.Object] = []
+
+
+@contextlib.contextmanager
+def shots(cameras: list[bpy.types.Object]) -> Iterator[None]:
+    """Plans inside the block are for pictures from all these cameras, whichever is the scene's."""
+    _shots[:] = cameras
+    try:
+        yield
+    finally:
+        _shots.clear()
+
+
+def cameras_in(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """The cameras that plans are for: those of `shots`, else the scene's and those of its markers."""
+    found = _shots or cameras_of(scene)
+    return [camera for camera in found if camera is not None and camera.type == "CAMERA"]
+
+
+def view_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> ViewFacts:
+    """The finest view of an object over the scene's cameras and frames.
+
+    Where the artist may look from anywhere (a window is open, and the object is not planned for its cameras) or there
+    is no camera, any view counts.
+    """
+    settings = scene.render
+    percent = settings.resolution_percentage / 100
+    megapixels = settings.resolution_x * settings.resolution_y * percent * percent / 1e6
+    cycles = str(settings.engine) == "CYCLES"
+    samples = scene.cycles.samples if cycles else scene.eevee.taa_render_samples
+    free = not bpy.app.background and obj.km_makeup.plan_for == "VIEWS"
+    cameras = cameras_in(scene)
+    if free or not cameras or not _framed(cameras):
+        scale = max((pixels_per_mm(scene, one, obj) for one in cameras if one.data.type != "PANO"), default=4.0)
+        return ViewFacts(scale, scale * _height_mm(obj, scene), megapixels, samples, True, not obj.hide_render)
+    scale, visible = 0.0, False
+    for _ in _frames(scene, [*cameras, obj]):
+        scale = max(scale, *(pixels_per_mm(scene, one, obj) for one in cameras))
+        visible = visible or any(_in_picture(scene, one, obj) for one in cameras)
+    shown = min(scale * _height_mm(obj, scene), settings.resolution_y * percent)
+    return ViewFacts(scale, shown, megapixels, samples, False, visible and not obj.hide_render)
+
+
+def _framed(cameras: list[bpy.types.Object]) -> bool:
+    return all(camera.data.type in ("PERSP", "ORTHO") for camera in cameras)
+
+
+def _height_mm(obj: bpy.types.Object, scene: bpy.types.Scene) -> float:
+    return max(*obj.dimensions) * 1000 * scene.unit_settings.scale_length
+
+
+def still(objects: list[bpy.types.Object]) -> bool:
+    """Whether nothing about these objects changes over time or by others."""
+    for obj in objects:
+        while obj is not None:
+            data = obj.data
+            if obj.animation_data or obj.constraints or (data is not None and data.animation_data):
+                return False
+            obj = obj.parent
+    return True
+
+
+def _frames(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> Iterator[int]:
+    """Goes through frames that may differ, and back to the one there was; only where no window shows the scene."""
+    if still(objects) or not bpy.app.background:
+        yield scene.frame_current
+        return
+    now = scene.frame_current
+    first, last = scene.frame_start, scene.frame_end
+    count = min(FRAMES, last - first + 1)
+    try:
+        for i in range(count):
+            scene.frame_set(first + (last - first) * i // max(count - 1, 1))
+            yield scene.frame_current
+    finally:
+        scene.frame_set(now)
+
+
+def _in_picture(scene: bpy.types.Scene, camera: bpy.types.Object, obj: bpy.types.Object) -> bool:
+    """Whether the object's box may be in the camera's picture."""
+    corners = [world_to_camera_view(scene, camera, obj.matrix_world @ Vector(c)) for c in obj.bound_box]
+    if all(c.z < camera.data.clip_start for c in corners):
+        return False
+    if any(c.z < camera.data.clip_start for c in corners):
+        return True
+    across, up = [c.x for c in corners], [c.y for c in corners]
+    return min(across) < 1 and max(across) > 0 and min(up) < 1 and max(up) > 0

@@ -1,0 +1,155 @@
+"""The plan's bound against rendered pictures: planned beside everything-on, over random scenes.
+
+    python -m tests.effects.bound [--count 14] [--seed N] [--only 3,7] [--write] [--fault]
+
+Each scene is rendered with every effect (a switch that asks no rule of the plan), the same with another seed (the noise
+floor), and as planned for each of three tolerances: three cases. A plan that is built as one before it is not rendered
+again. Printed and written: the 99th percentile of CIEDE2000 over the head, what is left
+of it above the noise floor, the plan's own bound, and what was left out. The seed is the commit's hash unless given.
+--fault drops the topmost film that the plan kept, which must be found.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from tests import stamps
+from tests.effects.cases import ROOT, TOLERANCES, Case, Stage, difference, draw, own_resources
+
+COVERS = ("km_makeup/effects", "tests/effects/cases.py")
+HARDLY = 0.02
+"""Differences below this in CIEDE2000 are no ground for a ratio: half floats and the ramps' tables make as much."""
+
+
+def main() -> int:
+    """Render, compare, print."""
+    parser = argparse.ArgumentParser(prog="python -m tests.effects.bound", description=__doc__.splitlines()[0])
+    parser.add_argument("--count", type=int, default=14, help="scenes, each planned for three tolerances (default 14)")
+    parser.add_argument("--seed", type=int, help="seed of the generator (default: the commit's hash)")
+    parser.add_argument("--only", default="", help="numbers of scenes, with commas")
+    parser.add_argument("--write", action="store_true", help="write tests/results/plan_bound.md")
+    parser.add_argument("--fault", action="store_true", help="drop a visible film on purpose")
+    parser.add_argument("--log", type=Path, help="also append a line of JSON a case to this file")
+    options = parser.parse_args()
+    own_resources()
+    seed = commit_seed() if options.seed is None else options.seed
+    rows = run(seed, options.count, {int(n) for n in options.only.split(",") if n}, options.fault, options.log)
+    text = report(rows, seed)
+    print(text)
+    if options.write:
+        command = f"python -m tests.effects.bound --count {options.count} --seed {seed} --write"
+        print(stamps.write_markdown("plan_bound.md", "Planned against everything on", command, COVERS, text))
+    return int(any(row["above"] > row["tolerance"] for row in rows))
+
+
+def commit_seed() -> int:
+    """A seed from the commit's hash."""
+    ran = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=False)
+    return int(ran.stdout.strip()[:8] or "0", 16)
+
+
+def run(seed: int, count: int, only: set[int], fault: bool = False, log: Path | None = None) -> list[dict]:
+    """The rows of the cases."""
+    from km_makeup.products import Library
+
+    products = [product.id for product in Library.shipped().products]
+    rows: list[dict] = []
+    stage, head = None, ""
+    with tempfile.TemporaryDirectory(prefix="km_makeup-bound-") as folder:
+        for case in draw(seed, count, products):
+            if only and case.number not in only:
+                continue
+            if case.head != head:
+                stage, head = Stage(case.head, Path(folder)), case.head
+            assert stage is not None
+            for row in measured(stage, case, fault):
+                rows.append(row)
+                print(line(row), file=sys.stderr, flush=True)
+                if log:
+                    with log.open("a") as file:
+                        file.write(json.dumps(row) + "\n")
+    return rows
+
+
+def measured(stage: Stage, case: Case, fault: bool = False) -> Iterator[dict]:
+    """One scene: its cases, one a tolerance."""
+    import bpy
+    import numpy as np
+
+    from km_makeup.blender.reference import white_of
+
+    stage.set(case)
+    stage.dress(case)
+    white = np.array(white_of(bpy.context.scene, stage.obj))
+    stage.build(case, None)
+    whole, whole_s = _timed(stage, 0)
+    floor = difference(whole, stage.picture(1), white)
+    rendered: dict[tuple, tuple[float, float]] = {}
+    for tolerance in TOLERANCES:
+        begin = time.perf_counter()
+        plan = stage.build(case, tolerance)
+        if fault and plan.any_film:
+            layer = stage.obj.km_makeup.layers[plan.film_indices[-1]]
+            layer.switch = "OFF"
+            stage.build(case, tolerance)
+            layer.switch = "AUTO"
+        built = time.perf_counter() - begin
+        effects = tuple((e.key, e.on) for e in plan.effects)
+        key = (effects, plan.light.left_out, plan.divisor, plan.bake_tolerance if case.path == "BAKED" else 0)
+        if key not in rendered:
+            picture, seconds = _timed(stage, 0)
+            rendered[key] = difference(whole, picture, white), seconds
+        found, planned_s = rendered[key]
+        out = sorted({effect.key.split(":")[0] for effect in plan.effects if effect.left_out > 0})
+        free = sorted({effect.key.split(":")[0] for effect in plan.effects if not effect.on and effect.error == 0})
+        yield {
+            "case": case.number, "what": str(case), "tolerance": tolerance, "floor": floor, "found": found,
+            "above": max(0.0, found - floor), "bound": plan.left_out, "out": out, "free": free,
+            "seconds": [round(whole_s, 2), round(planned_s, 2), round(built, 2)],
+        }  # fmt: skip
+
+
+def _timed(stage: Stage, seed: int):
+    start = time.perf_counter()
+    picture = stage.picture(seed)
+    return picture, time.perf_counter() - start
+
+
+def line(row: dict) -> str:
+    """A case as a row of the table."""
+    return (
+        f"| {row['case']} | {row['what']} | {row['tolerance']:g} | {row['floor']:.3f} | {row['found']:.3f} | {row['above']:.3f} | "
+        f"{row['bound']:.3f} | {', '.join(row['out']) or '–'} | {row['seconds'][0]:.1f} | {row['seconds'][1]:.1f} |"
+    )
+
+
+def report(rows: list[dict], seed: int) -> str:
+    """The table and what it comes to."""
+    head = [
+        "| case | scene | tolerance | noise floor | 99th percentile | above | bound | left out at a price | everything s | planned s |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
+    ]
+    some = [row for row in rows if row["out"]]
+    ratios = [row["bound"] / row["above"] for row in some if row["above"] > HARDLY]
+    kinds = sorted({kind for row in rows for kind in row["out"]})
+    broken = [row["case"] for row in rows if row["above"] > row["tolerance"]]
+    loose = [row["case"] for row in rows if row["above"] > max(row["bound"], HARDLY)]
+    summary = (
+        f"\n{len(rows)} cases drawn by seed {seed}. Beyond the tolerance: {broken or 'none'}. Above the plan's own bound: "
+        f"{loose or 'none'}. In {len(some)} something was left out at a price, {len(kinds)} kinds of effect: {', '.join(kinds)}. "
+        f"Bound over measured, where more than {HARDLY} is measured ({len(ratios)} cases): median "
+        f"{statistics.median(ratios) if ratios else float('nan'):.2f}. Times are of a shared machine, with the shaders' compilation.\n"
+    )
+    return "\n".join([*head, *(line(row) for row in rows)]) + "\n" + summary
+
+
+if __name__ == "__main__":
+    sys.exit(main())
