@@ -53,12 +53,21 @@ def _blender_tests_start_clean(request: pytest.FixtureRequest) -> None:
 
 @pytest.fixture
 def nothing_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Plans at a tolerance of 0: tests of colours and nodes see every effect that makes any difference."""
+    """Tests of colours and nodes see every effect that the engine can have, and every film that carries product."""
+    from dataclasses import replace
+
     from km_makeup.blender import makeup
+    from km_makeup.effects import Switch
 
     planned = makeup.make_plan
+    families = (
+        "interreflection", "dither", "second_lobe", "lobe", "finish", "subsurface", "normals", "texture", "lamp", "gaussian",
+        "diffusion", "depth", "bands",
+    )  # fmt: skip
 
-    def exact(facts, tolerance, *rest):
-        return planned(facts, 0.0, *rest)
+    def whole(facts, tolerance, overrides, *rest):
+        seen = tuple(replace(layer, seen=True) for layer in facts.layers)
+        facts = replace(facts, layers=seen, view=replace(facts.view, visible=True))
+        return planned(facts, 0.0, {**dict.fromkeys(families, Switch.ON), **overrides}, *rest)
 
-    monkeypatch.setattr(makeup, "make_plan", exact)
+    monkeypatch.setattr(makeup, "make_plan", whole)

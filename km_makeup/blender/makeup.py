@@ -468,7 +468,7 @@ def _bands_of(obj: bpy.types.Object) -> Bands:
 
 def _baked_parts(obj: bpy.types.Object, plan: Plan) -> BakedNodes:
     makeup = obj.km_makeup
-    passed = makeup.baked_T2 is not None
+    passed = makeup.baked_T2 is not None and (makeup.baked_R_up is not None or makeup.baked_simply)
     if makeup.baked_R is None or not (passed or (makeup.finished and makeup.baked_albedo is not None)):
         raise MakeupError(f"{obj.name!r} has no baked textures yet; press Bake, or set Colour to Live.")
     albedo = makeup.baked_albedo if makeup.finished else None

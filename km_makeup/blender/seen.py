@@ -145,6 +145,8 @@ def _facing(corners: NDArray, normals: NDArray, cameras: list[bpy.types.Object])
 
 def _cells(triangles: NDArray) -> NDArray[np.bool_]:
     """Cells that the boxes around UV triangles (n, 3, 2) touch, wrapped into the unit square."""
+    if not len(triangles):
+        return np.zeros((GRID, GRID), bool)
     low = np.floor(triangles.min(axis=1) * GRID - 1e-6).astype(int) - 1
     high = np.floor(triangles.max(axis=1) * GRID + 1e-6).astype(int) + 1
     if low.min() < -GRID or high.max() > 2 * GRID:

@@ -51,6 +51,8 @@ def view_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> ViewFacts:
     if free or not cameras or not _framed(cameras):
         scale = max((pixels_per_mm(scene, one, obj) for one in cameras if one.data.type != "PANO"), default=4.0)
         return ViewFacts(scale, scale * _height_mm(obj, scene), megapixels, samples, True, not obj.hide_render)
+    for layer in scene.view_layers[:1]:
+        layer.update()  # objects that a script made or moved have their places only then
     scale, visible = 0.0, False
     for _ in _frames(scene, [*cameras, obj]):
         scale = max(scale, *(pixels_per_mm(scene, one, obj) for one in cameras))

@@ -166,7 +166,7 @@ def baked_before(obj, look, folder: Path):
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    return {file.name: file.read_bytes() for file in sorted(folder.iterdir())}
+    return {file.name: file.read_bytes() for file in sorted(folder.iterdir()) if file.suffix == ".exr"}
 
 
 def bake_refused(obj, message: str) -> None:

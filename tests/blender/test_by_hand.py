@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from km_makeup.errors import MakeupError
@@ -228,6 +229,7 @@ def test_refresh_reads_a_map_whose_pixels_changed_without_a_mark(made_up, monkey
     import bpy
 
     from km_makeup.blender import images
+    from km_makeup.makeup.statistics import statistics
 
     layer = made_up.km_makeup.layers[0]
     assert layer.coverage > 0
@@ -235,7 +237,8 @@ def test_refresh_reads_a_map_whose_pixels_changed_without_a_mark(made_up, monkey
     image.pixels.foreach_set([0.0] * len(image.pixels))
     image.pack()
     assert not image.is_dirty
-    monkeypatch.setattr(images, "_statistics", dict.fromkeys(images._statistics, (1.0, 1.0)))
+    whole = statistics(np.full((image.size[1], image.size[0]), 255, np.uint8))
+    monkeypatch.setattr(images, "_statistics", dict.fromkeys(images._statistics, whole))
     bpy.context.view_layer.objects.active = made_up
     bpy.ops.km_makeup.refresh()
     assert layer.coverage == 0

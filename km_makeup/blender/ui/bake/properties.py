@@ -54,6 +54,10 @@ class BakeProperties:
         name="Baked R up",
         description="Texture of the bake: reflectance of the films from below (0..1)",
     )
+    baked_simply: BoolProperty(
+        name="Baked without R up",
+        description="Light between films and skin is in the other textures, since the plan found that to look the same",
+    )
     baked_albedo: PointerProperty(
         type=bpy.types.Image, name="Baked Albedo", description="Texture of the bake: colour of skin with makeup (0..1)"
     )
