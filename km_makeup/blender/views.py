@@ -51,14 +51,29 @@ def view_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> ViewFacts:
     if free or not cameras or not _framed(cameras):
         scale = max((pixels_per_mm(scene, one, obj) for one in cameras if one.data.type != "PANO"), default=4.0)
         return ViewFacts(scale, scale * _height_mm(obj, scene), megapixels, samples, True, not obj.hide_render)
-    for layer in scene.view_layers[:1]:
-        layer.update()  # objects that a script made or moved have their places only then
+    if not all(_is_placed(one) for one in [*cameras, obj]):
+        scene.view_layers[0].update()
     scale, visible = 0.0, False
     for _ in _frames(scene, [*cameras, obj]):
         scale = max(scale, *(pixels_per_mm(scene, one, obj) for one in cameras))
         visible = visible or any(_in_picture(scene, one, obj) for one in cameras)
     shown = min(scale * _height_mm(obj, scene), settings.resolution_y * percent)
     return ViewFacts(scale, shown, megapixels, samples, False, visible and not obj.hide_render)
+
+
+def _is_placed(obj: bpy.types.Object) -> bool:
+    """Whether an object's world matrix is up to date; those that a script made or moved have theirs only after an update.
+
+    Updating always would take keyed properties back to their keys.
+    """
+    if obj.constraints or obj.animation_data or (obj.parent is not None and obj.parent_type != "OBJECT"):
+        return True
+    expected = obj.matrix_basis
+    if obj.parent is not None:
+        if not _is_placed(obj.parent):
+            return False
+        expected = obj.parent.matrix_world @ obj.matrix_parent_inverse @ expected
+    return all(abs(a - b) < 1e-4 for row, other in zip(expected, obj.matrix_world) for a, b in zip(row, other))
 
 
 def _framed(cameras: list[bpy.types.Object]) -> bool:

@@ -139,7 +139,8 @@ def test_baking_writes_textures_and_says_which(run, tmp_path):
 
 
 def test_the_plan_is_listed_with_reasons_and_as_json(run, files):
-    layers = ("--layer", "lipstick-berry=FILES/lips.png@15um", "--layer", "foundation-light=FILES/small.png@10um")
+    scenes.write_map(files, "nothing", np.zeros((32, 32), np.uint8))
+    layers = ("--layer", "lipstick-berry=FILES/lips.png@15um", "--layer", "foundation-light=FILES/nothing.png@10um")
     code, out, _ = run("plan", "FILES/head.blend", *layers)
     assert code == 0 and "its map is empty" in out and "foundation" in out and "left out" in out
     code, out, _ = run(
