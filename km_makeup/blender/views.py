@@ -6,11 +6,13 @@ import contextlib
 from collections.abc import Iterator
 
 import bpy
+import numpy as np
 from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector
 
 from ..effects import ViewFacts
 from .compositor.scale import cameras_of, pixels_per_mm
+from .lamps import curves_of
 
 FRAMES = 25
 """So many frames of an animation are looked at, evenly spread."""
@@ -61,19 +63,28 @@ def view_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> ViewFacts:
     return ViewFacts(scale, shown, megapixels, samples, False, visible and not obj.hide_render)
 
 
+def _moves(obj: bpy.types.Object) -> bool:
+    """Whether keys or drivers change anything of an object but its makeup."""
+    data = obj.animation_data
+    if data is None:
+        return False
+    curves = curves_of(data.action) if data.action else []
+    return bool(data.drivers or data.nla_tracks) or any(not c.data_path.startswith("km_makeup") for c in curves)
+
+
 def _is_placed(obj: bpy.types.Object) -> bool:
     """Whether an object's world matrix is up to date; those that a script made or moved have theirs only after an update.
 
     Updating always would take keyed properties back to their keys.
     """
-    if obj.constraints or obj.animation_data or (obj.parent is not None and obj.parent_type != "OBJECT"):
+    if obj.constraints or _moves(obj) or (obj.parent is not None and obj.parent_type != "OBJECT"):
         return True
     expected = obj.matrix_basis
     if obj.parent is not None:
         if not _is_placed(obj.parent):
             return False
         expected = obj.parent.matrix_world @ obj.matrix_parent_inverse @ expected
-    return all(abs(a - b) < 1e-4 for row, other in zip(expected, obj.matrix_world) for a, b in zip(row, other))
+    return np.allclose(np.array(expected), np.array(obj.matrix_world), atol=1e-4)
 
 
 def _framed(cameras: list[bpy.types.Object]) -> bool:
@@ -89,7 +100,7 @@ def still(objects: list[bpy.types.Object]) -> bool:
     for obj in objects:
         while obj is not None:
             data = obj.data
-            if obj.animation_data or obj.constraints or (data is not None and data.animation_data):
+            if _moves(obj) or obj.constraints or (data is not None and data.animation_data):
                 return False
             obj = obj.parent
     return True

@@ -142,7 +142,7 @@ def test_the_plan_is_listed_with_reasons_and_as_json(run, files):
     scenes.write_map(files, "nothing", np.zeros((32, 32), np.uint8))
     layers = ("--layer", "lipstick-berry=FILES/lips.png@15um", "--layer", "foundation-light=FILES/nothing.png@10um")
     code, out, _ = run("plan", "FILES/head.blend", *layers)
-    assert code == 0 and "its map is empty" in out and "foundation" in out and "left out" in out
+    assert code == 0 and "its map is empty" in out and "Foundation" in out and "left out" in out
     code, out, _ = run(
         "plan", "FILES/head.blend", *layers, "--engine", "cycles", "--size", "300x400", "--json", "--tolerance", "2"
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from km_makeup.effects import Engine, LayerFacts, SceneFacts, Switch, make_plan
@@ -80,6 +80,7 @@ layers = st.builds(
 )
 
 
+@settings(deadline=None)
 @given(st.lists(layers, max_size=5), st.sampled_from([EEVEE, CYCLES, EEVEE | CYCLES]))
 def test_every_effect_says_why_and_the_same_facts_give_the_same_plan(facts, engines):
     one = plan(*facts, engines=engines)
@@ -88,6 +89,7 @@ def test_every_effect_says_why_and_the_same_facts_give_the_same_plan(facts, engi
     assert one.any_film == any(film.on for film in one.films)
 
 
+@settings(deadline=None)
 @given(st.lists(layers, min_size=1, max_size=5))
 def test_what_is_left_out_by_itself_changes_nothing(facts):
     """A film that the plan drops without being told to carries no product: its error is 0."""
