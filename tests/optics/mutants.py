@@ -4,7 +4,7 @@
 
 `tests.optics.mutation` starts it. Python, numpy and pytest start and collect once; a fork is a mutant, which runs the
 fast tests of its module that reach its function, first those that killed most mutants for their time, until one fails; with
---again the slow tests and those of the other modules too. Processor time and memory of a fork are bounded, so that an
+--every-test the slow tests and those of the other modules too. Processor time and memory of a fork are bounded, so that an
 endless loop is a kill and the machine stays usable. RESULTS gains a line per mutant (name, killed, survived or timeout);
 what is in it already is not run again, so a run may be stopped and resumed; the last line of a mutant counts. The order is
 shuffled by a fixed seed, so that what a stopped run has done is a random sample.
@@ -144,7 +144,8 @@ def main() -> int:
     parser.add_argument("results", type=Path)
     parser.add_argument("--modules", nargs="*")
     parser.add_argument("--children", type=int, default=2)
-    parser.add_argument("--again", type=Path, help="a file of mutants to run against every test, with a result or not")
+    parser.add_argument("--again", type=Path, help="a file of mutants to run, with a result or not")
+    parser.add_argument("--every-test", action="store_true", help="run the slow tests and those of other modules too")
     arguments = parser.parse_args()
     results = arguments.results.resolve()
     again = arguments.again.read_text().split() if arguments.again else []
@@ -165,11 +166,12 @@ def main() -> int:
         names = again
     modules = {name.split(".")[2] for name in names}
     files = {f"tests/optics/{file}" for module in modules for file in own_tests(module)}
-    plain = ["-q", "-s", "-p", "no:cacheprovider", "-p", "no:timeout", "--import-mode=importlib"]
+    # A traceback in another style parses the file of mutants, megabytes long.
+    plain = ["-q", "-s", "--tb=native", "-p", "no:cacheprovider", "-p", "no:timeout", "--import-mode=importlib"]
     return int(
         pytest.main(
-            [*plain, *(sorted(files) if not again else ["tests/optics"])],
-            plugins=[Forks(names, results, arguments.children, bool(again))],
+            [*plain, *(["tests/optics"] if arguments.every_test else sorted(files))],
+            plugins=[Forks(names, results, arguments.children, arguments.every_test)],
         )
     )
 

@@ -373,7 +373,8 @@ def run_left(folder: Path, module: str, children: int) -> None:
     left = unexplained(folder, module)
     if left:
         (folder / "left.txt").write_text("\n".join(left))
-        run_mutants(folder, "--children", str(children), "--modules", module, "--again", str(folder / "left.txt"))
+        again = ("--again", str(folder / "left.txt"), "--every-test")
+        run_mutants(folder, "--children", str(children), "--modules", module, *again)
 
 
 def run_again(folder: Path, modules: Sequence[str], children: int) -> None:

@@ -26,6 +26,22 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
         "Equivalent: what numpy does by itself where inputs have one dtype and results are to be allocated.",
     ),
     (
+        "inversion.x_free_film",
+        r"np\.clip\(R, 0, (None|2)\)|tiny, (None|2)\)|np\.clip\(A, 0, (None|2)\)",
+        "Equivalent in effect: what is above 1 by more than the slack of 1e-5 is refused before.",
+    ),
+    (
+        "microfacets.x_kelemen_albedo",
+        r"np\.clip\(cos_view, (None|0), (1|2|None)\)",
+        "Equivalent in effect: what is outside by more than the slack of 1e-5 is refused before.",
+    ),
+    ("microfacets.x_kelemen_albedo", r"_ALBEDOS", "Equivalent: only how many directions are worked at a time."),
+    (
+        "microfacets.x_kelemen",
+        r"common_shape.*\[\.\.\., 1\]",
+        "Equivalent: all components of a direction have one shape.",
+    ),
+    (
         "fitting.x__scaled_to_noise",
         r"max\(freedom, ",
         "Equivalent: a prior needs three wavelengths, so the freedom is 3 or more.",
@@ -46,7 +62,7 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
     ),
     (
         "",
-        r"np\.where\((bad|None), (1|2|None), X\)|(K|S|R|R_g|X|gap|contrast|R_0|T|values|inner).*np\.where\((bad|None|hidden),",
+        r"np\.where\((bad|None), (1|2|None), X\)|^(K|S|R|R_g|X|gap|R_0|T|values|inner)\b.*np\.where\((bad|None|hidden),",
         "Equivalent or masked: stands in where the reading is refused; K, S and status are set there in any case.",
     ),
     (
@@ -188,12 +204,12 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
         "Equivalent: numpy takes any negative length for the one that follows from the others.",
     ),
     (
-        "fitting",
+        "fitting.x__(?!thinnest|prepare)",
         r"1e-\d+|1e\d+|\+ 1e|0\.05|floor|least",
         "A floor or a limit far from any value that is met: any number of that size does.",
     ),
     (
-        "fitting",
+        "fitting.x__(minimise|step|best_descent)",
         r"damping|1e-3|/ 8|\* 4|_ROUNDS|rounds|settled|moved|break|better|np\.clip\(",
         "The way of the descent, not its end: the minimum found is the same.",
     ),

@@ -127,7 +127,7 @@ def test_status_tells_what_cannot_be_known() -> None:
     assert wrong_thickness.status[0] == Status.OUT_OF_RANGE
 
 
-@pytest.mark.parametrize("noise", [None, 1e-9, 0.001])
+@pytest.mark.parametrize("noise", [None, 0.0, 1e-9, 0.001])
 @pytest.mark.parametrize("interface", [None, AIR])
 @pytest.mark.parametrize("films", [(2.0, 2.0), (2.0, 5.0, np.inf), (np.inf, np.inf)])
 def test_exactly_opaque_films_are_opaque(noise: float | None, interface: object, films: tuple[float, ...]) -> None:
@@ -155,6 +155,10 @@ def test_the_surest_reading_tells_how_much_at_least_an_opaque_film_hides() -> No
     assert fit.status[0] == Status.OPAQUE
     z = np.sqrt(fit.K * (fit.K + 2 * fit.S)) * 0.5
     np.testing.assert_allclose(np.exp(-2 * z), 0.003, rtol=1e-6)
+    # However large the noise, some film there is.
+    fit = invert_films(readings(K, S, [0.5, np.inf], R_g, None), R_g, [0.5, np.inf], noise=0.4)
+    assert fit.status[0] == Status.OPAQUE
+    np.testing.assert_allclose(np.exp(-np.sqrt(fit.K * (fit.K + 2 * fit.S))), 0.5, rtol=1e-6)
     # A film that only seems opaque, its backing being of nearly its colour, is not made thicker than it was found.
     alike = np.full((2, 1), 0.4)
     thin = invert_films(readings(K, S, [0.05, np.inf], alike, None), alike, [0.05, np.inf], noise=0.04)

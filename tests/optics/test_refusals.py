@@ -34,7 +34,7 @@ SEVERAL: dict[str, tuple[Callable, tuple[float, ...]]] = {
     "unsaunderson": (lambda R, a, b: optics.unsaunderson(R, Interface(a, b)), (0.3, 0.04, 0.6)),
     "invert": (optics.invert, (0.5, 0.3, 0.1, 0.1)),
     "invert_backings": (optics.invert_backings, (0.3, 0.1, 0.7, 0.9, 0.1)),
-    "free_film": (optics.free_film, (0.3, 0.3)),
+    "free_film of two": (optics.free_film, (0.3, 0.3)),
     "schlick": (optics.schlick, (0.04, 0.5)),
     "kelemen": (
         lambda N, L, V, m, f: optics.kelemen(tall(N), tall(L), tall(V), m, f),
@@ -110,7 +110,9 @@ def test_what_is_out_of_range_is_named_with_its_value(name: str) -> None:
 def test_a_rounding_beyond_the_range_is_taken(name: str) -> None:
     _, call, least, greatest = RANGES[name]
     for value in (least - 1e-7, greatest + 1e-7):
-        call(value)
+        given = call(value)
+        parts = given if isinstance(given, tuple) else (given,)
+        assert all(np.all(np.isfinite(part)) for part in parts)
 
 
 @pytest.mark.parametrize(
@@ -124,6 +126,15 @@ def test_a_rounding_beyond_the_range_is_taken(name: str) -> None:
         (lambda: optics.kelemen(UP, UP, [0, 0, 3.0], 0.3, 0.04), "^V must have length 1, not 3; normalise it first.$"),
         (lambda: optics.kelemen(UP, [0, np.inf, 0], UP, 0.3, 0.04), "^A component of L must be a number from "),
         (lambda: optics.kelemen([0.0, 1.0], UP, UP, 0.3, 0.04), r"^N must be directions of shape \(\.\.\., 3\), not \(2,\).$"),
+        (lambda: optics.schlick(0.04, -FAR), "^The cosine of a direction must be a number from -.*, not -1000000000.0; mend its source.$"),
+        (lambda: optics.burley(0.0, 1.0), "^The distance r must be a number from .* to inf, not 0.0; mend its source.$"),
+        (lambda: optics.SKIN(-1.0), "^The distance r in mm must be a number from 0 to inf, not -1.0; mend its source.$"),
+        (lambda: optics.SKIN.within(-1.0), "^The distance r in mm must be a number from 0 to inf, not -1.0; mend its source.$"),
+        (lambda: optics.SKIN.spectrum(np.nan), "^The spatial frequency in radians per mm must be a number from -inf to inf, not nan; mend its source.$"),
+        (lambda: optics.widened(optics.SKIN, 0.5, 0), "^The number of terms must be a whole number of 1 or more, not 0.$"),
+        (lambda: optics.reduced(optics.SKIN, 0), "^The number of Gaussians must be a whole number of 1 or more, not 0.$"),
+        (lambda: optics.fit_gaussians(1.0, 1.5), "^The number of Gaussians must be a whole number of 1 or more, not 1.5.$"),
+        (lambda: optics.free_film(0.1, 1.5, 0.1), "^The transmittance of a film must be a number from 2.22507e-308 to 1, not 1.5; mend its source.$"),
         (lambda: optics.lay_highlights([0.1, 0.2], [0.5], []), r"^2 highlights \(skin and films\) need 1 transmittances and coverages, not 1 and 0.$"),
         (lambda: optics.unscattered(1.0, 1.0, 0.1, g=1.5), "^The mean cosine of scattering must be one number between -1 and 1, not 1.5; pigments have about 0.85.$"),
         (lambda: optics.unscattered(1.0, 1.0, 0.1, g=[0.5, 0.5]), r"^The mean cosine of scattering must be .*, not \[0.5, 0.5\]; "),
@@ -155,3 +166,10 @@ def test_values_in_messages_are_cut_at_sixty_letters() -> None:
 def test_numbers_give_numbers() -> None:
     for one in (*optics.film(1.0, 2.0, 0.1), optics.film_over(1.0, 2.0, 0.1, 0.5), optics.over(0.1, 0.5, 0.1, 0.5)):
         assert np.shape(one) == ()
+
+
+def test_what_is_far_beyond_any_profile_gives_no_light_and_no_warning() -> None:
+    with np.errstate(all="raise", under="ignore"):
+        np.testing.assert_array_equal(optics.SKIN.spectrum([1e200, np.inf, -1e200]), 0)
+        np.testing.assert_array_equal(optics.SKIN([1e200, np.inf]), 0)
+        np.testing.assert_allclose(optics.SKIN.within([1e200, np.inf]), 1, rtol=1e-12)
