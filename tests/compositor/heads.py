@@ -4,8 +4,9 @@
         [--samples 16] [--cycles-samples 128] [--gi] [--walk] [--write] [--pictures FOLDER] [--keep FOLDER]
 
 Views were not used for tuning; diffusion matters in most of them: hard light across the nose, an ear against the light,
-lips and nose near. Everything has the material's own subsurface radius (the compositor through `profile_of`), and the lamps
-have sharp shadows. Mean CIEDE2000 and FLIP over the skin, against Cycles by Burley and by Random Walk (Skin), of which the
+lips and nose near. The skin's subsurface radius is that of d'Eon and Luebke's measured skin (the files' own is so much shorter
+that a face of this size hardly shows it), read by both engines and, through `profile_of`, by the compositor; the lamps have
+sharp shadows. Mean CIEDE2000 and FLIP over the skin, against Cycles by Burley and by Random Walk (Skin), of which the
 difference stands beside.
 
 Where the error comes from: what an engine's diffusion changes in its own picture is laid on Cycles' picture without
@@ -56,12 +57,12 @@ class Shots:
 
 
 VIEWS = {
-    "hard nose shadow": View(15, 0, (0, 30, 0), 130, "hard"),
-    "nose": View(-35, -5, (0, 15, 0), 60, "hard"),
-    "lips": View(20, 0, (0, 15, -35), 70, "file"),
-    "ear against the light": View(80, 0, (0, 95, 10), 110, "back"),
-    "front": View(0, 0, (0, 70, 10), 300, "file"),
-    "from below": View(-30, -30, (0, 40, -20), 220, "hard"),
+    "hard nose shadow": View(15, 0, (0, 30, -5), 80, "hard"),
+    "nose": View(-35, -5, (0, 15, 0), 45, "hard"),
+    "lips": View(20, 0, (0, 15, -35), 55, "file"),
+    "ear against the light": View(-75, 0, (0, 105, 5), 100, "back"),
+    "front": View(0, 0, (0, 70, 10), 220, "file"),
+    "from below": View(-30, -30, (0, 40, -20), 110, "hard"),
 }
 HEADS = {"sample": "sample_blend/head.blend", "lee_perry_smith": "../shared/heads/lee_perry_smith/LeePerrySmith.obj"}
 LEE_SKIN = ROOT / "../shared/heads/lee_perry_smith/Map-COL.jpg"
@@ -86,10 +87,13 @@ def main() -> int:
     parser.add_argument("--heads", default=",".join(HEADS), help="heads, with commas")
     parser.add_argument("--looks", default="bare,day", help="looks, with commas")
     parser.add_argument("--views", default=",".join(VIEWS), help="views, with commas")
+    parser.add_argument("--made-up-views", default="", help="views of looks other than bare (default: the same)")
     parser.add_argument("--size", type=int, default=160, help="pixels of a side")
     parser.add_argument("--samples", type=int, default=16, help="EEVEE samples")
     parser.add_argument("--cycles-samples", type=int, default=128, help="Cycles samples")
-    parser.add_argument("--gi", action="store_true", help="also EEVEE's ray tracing with fast global illumination")
+    parser.add_argument(
+        "--gi", action="store_true", help="on bare skin also EEVEE's ray tracing with fast global illumination"
+    )
     parser.add_argument("--walk", action="store_true", help="also against Cycles by random walk, which takes longest")
     parser.add_argument("--pictures", type=Path, help="folder for the pictures of every view")
     parser.add_argument(
@@ -97,7 +101,7 @@ def main() -> int:
     )
     parser.add_argument("--write", action="store_true", help="write tests/results/diffusion_heads.md")
     options = parser.parse_args()
-    for name, known in ((options.heads, HEADS), (options.views, VIEWS)):
+    for name, known in ((options.heads, HEADS), (options.views, VIEWS), (_views("made up", options), VIEWS)):
         unknown = [one for one in name.split(",") if one not in known]
         if unknown:
             print(f"{unknown[0]!r} is not known; use {', '.join(known)}.", file=sys.stderr)
@@ -114,7 +118,8 @@ def main() -> int:
     if options.write:
         from tests import stamps
 
-        settings = f"--heads {options.heads} --looks {options.looks} --size {options.size} --samples {options.samples}"
+        settings = f"--heads {options.heads} --looks {options.looks} --views '{options.views}' --size {options.size} --samples {options.samples}"
+        settings += f" --made-up-views '{options.made_up_views}'" if options.made_up_views else ""
         flags = "".join(f" --{name}" for name in ("gi", "walk") if getattr(options, name))
         command = (
             f"python -m tests.compositor.heads {settings} --cycles-samples {options.cycles_samples}{flags} --write"
@@ -133,24 +138,29 @@ def _measured(head: str, look: str, options: argparse.Namespace) -> dict[str, li
             _save(options.pictures / f"{head} {look} {view}.png", shown(shots))
     if options.keep:
         options.keep.mkdir(parents=True, exist_ok=True)
-        text = json.dumps({"made": _made(options), **found})
+        text = json.dumps({"made": _made(look, options), **found})
         (options.keep / f"{head} {look}.json").write_text(text, encoding="utf-8")
     return found
 
 
 def _kept(head: str, look: str, options: argparse.Namespace) -> dict[str, list[dict]] | None:
-    """What an earlier run measured with the same settings and code."""
+    """What an earlier run measured with the same sizes, samples and code, of whatever views."""
     file = options.keep / f"{head} {look}.json" if options.keep else None
     if file is None or not file.exists():
         return None
     found = json.loads(file.read_text(encoding="utf-8"))
-    return found if found["made"] == _made(options) else None
+    return found if found["made"] == _made(look, options) else None
 
 
-def _made(options: argparse.Namespace) -> str:
+def _views(look: str, options: argparse.Namespace) -> str:
+    """The views of a look, with commas."""
+    return options.views if look == "bare" else options.made_up_views or options.views
+
+
+def _made(look: str, options: argparse.Namespace) -> str:
     from tests import stamps
 
-    settings = (options.views, options.size, options.samples, options.cycles_samples, options.gi, options.walk)
+    settings = (look, options.size, options.samples, options.cycles_samples)
     return f"{settings} {stamps.fingerprint(COVERS)}"
 
 
@@ -206,7 +216,7 @@ def study(head_name: str, look: str, options: argparse.Namespace) -> dict[str, S
 
     head = open_scene(head_name, look)
     scene = bpy.context.scene
-    found = {name: Shots() for name in options.views.split(",")}
+    found = {name: Shots() for name in _views(look, options).split(",")}
     for name, method, weight, bounces in (
         (BURLEY, "BURLEY", None, 12),
         *([(WALK, "RANDOM_WALK_SKIN", None, 12)] if options.walk else []),
@@ -222,7 +232,7 @@ def study(head_name: str, look: str, options: argparse.Namespace) -> dict[str, S
         print(f"{head_name}, {look}: Cycles, {name}", file=sys.stderr, flush=True)
     set_method(head, "BURLEY")
     for diffuse in (_by_eevee, _in_compositor):
-        for label, settings in GI.items() if options.gi else ((PLAIN, GI[PLAIN]),):
+        for label, settings in GI.items() if options.gi and look == "bare" else ((PLAIN, GI[PLAIN]),):
             for name, value in settings.items():
                 setattr(scene.eevee, name, value)
             for view, shots in found.items():
@@ -321,6 +331,7 @@ def open_scene(head_name: str, look: str):
     for name in UNNEEDED:
         if name in bpy.data.objects:
             bpy.data.objects.remove(bpy.data.objects[name])
+    measured_radius(head)
     makeup.set_up(head)
     head.km_makeup.finish, head.km_makeup.tolerance = "OFF", 0
     if look != "bare":
@@ -330,8 +341,31 @@ def open_scene(head_name: str, look: str):
     data.lens, data.sensor_width, data.clip_start = 100, 36, 0.02
     bpy.context.scene.camera = bpy.data.objects.new("Study", data)
     bpy.context.scene.collection.objects.link(bpy.context.scene.camera)
-    bpy.context.scene.cycles.use_denoising = False
+    bpy.context.scene.cycles.use_denoising = (
+        True  # a reference's grain would count as error of what it is compared with
+    )
     return head
+
+
+def measured_radius(head) -> None:
+    """Give the head's skins the radius whose Burley profile has the second moment of d'Eon and Luebke's (BLENDER.md)."""
+    from km_makeup.blender.makeup import usable_slots
+    from km_makeup.blender.skin import skin_of
+
+    for slot in usable_slots(head):
+        material = head.material_slots[slot].material
+        albedo = skin_of([material], head.data.uv_layers[0].name).mean
+        for node in material.node_tree.nodes:
+            if node.bl_idname == "ShaderNodeBsdfPrincipled" and node.inputs["Subsurface Weight"].default_value > 0:
+                node.inputs["Subsurface Radius"].default_value = burley_radius(albedo)
+                node.inputs["Subsurface Scale"].default_value = 0.001
+
+
+def burley_radius(albedo: NDArray) -> tuple[float, ...]:
+    """Cycles' radius in mm, 4 pi s(A) d, for Burley's d of the measured skin."""
+    from tests.compositor.sphere_and_edge import BURLEY_MM
+
+    return tuple(4 * np.pi * (1.9 - albedo + 3.5 * (albedo - 0.8) ** 2) * BURLEY_MM)
 
 
 def show(head, view: View) -> None:

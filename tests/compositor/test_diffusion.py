@@ -50,6 +50,32 @@ def test_even_light_on_a_plane_stays_as_it_is(tmp_path: Path) -> None:
     assert np.abs(diffused - local).max() < 2e-3 * local.max()
 
 
+def test_light_linking_and_cards_before_the_skin(tmp_path: Path) -> None:
+    """A lamp that is linked to a hair card lights no skin, diffused or not; the card stays as it was rendered."""
+    scene, plane = _plane_scene()
+    plane.km_makeup.scattering = "SCREEN"
+    compositor.insert(scene, SKIN)
+    unlit = _render(scene, tmp_path / "skin.exr")
+    bpy.ops.mesh.primitive_plane_add(size=0.004, location=(0, 0, 0.01))
+    card = bpy.context.object
+    card.scale.y = 20
+    card.data.materials.append(bpy.data.materials.new("Hair"))
+    lamp = next(obj for obj in scene.objects if obj.type == "LIGHT").copy()
+    lamp.data = lamp.data.copy()
+    lamp.data.energy, lamp.data.color = 9, (1, 0, 0)
+    scene.collection.objects.link(lamp)
+    receivers = bpy.data.collections.new("Card only")
+    receivers.objects.link(card)
+    lamp.light_linking.receiver_collection = receivers
+    diffused = _render(scene, tmp_path / "diffused.exr")
+    compositor.remove(scene)
+    local = _render(scene, tmp_path / "local.exr")
+    middle, skin = slice(PIXELS // 2 - 2, PIXELS // 2 + 2), slice(4, PIXELS // 4)
+    assert local[middle, middle, 0].min() > 2 * local[middle, middle, 1].max()
+    assert np.abs(diffused - local)[middle, middle].max() < 1e-3
+    assert np.abs(diffused - unlit)[middle, skin].max() < 2e-3
+
+
 def test_removal_leaves_no_trace() -> None:
     """The artist's tree, passes and AOVs are as before, link by link."""
     scene, _ = _plane_scene()

@@ -91,11 +91,14 @@ def set_up():
 
     from km_makeup import blender
     from km_makeup.blender import compositor, makeup, studio
+    from tests.compositor.heads import UNNEEDED
 
     if not hasattr(bpy.types.Object, "km_makeup"):
         blender.register()
     head = studio.open_head(ROOT / "sample_blend" / "head.blend", None, "Head").object
     scene = bpy.context.scene
+    for name in UNNEEDED:
+        bpy.data.objects.remove(bpy.data.objects[name])
     other = head.copy()
     other.location.x, other.location.y = other.location.x + 0.13, other.location.y + 0.28
     scene.collection.objects.link(other)
