@@ -79,6 +79,7 @@ GI = {
 }
 BURLEY, WALK, LOCAL, DIRECT = "Burley", "random walk", "no scattering", "no scattering, no bounces"
 OWN, NONE, OURS = "EEVEE's subsurface", "EEVEE without diffusion", "compositor"
+AFTER = "compositor, colour after"
 
 
 def main() -> int:
@@ -253,6 +254,7 @@ def _in_compositor(head, shots: Shots, label: str, options: argparse.Namespace) 
     import bpy
 
     from km_makeup.blender import compositor
+    from km_makeup.blender.compositor.scale import finest_scale
     from tests.compositor.evaluate import evaluate
     from tests.compositor.passes import hand_over, inputs_of
 
@@ -267,6 +269,9 @@ def _in_compositor(head, shots: Shots, label: str, options: argparse.Namespace) 
     seconds = [0.0]
     shots.eevee[OURS + label] = evaluate(node.node_tree, inputs_of(frame), lens, seconds=seconds)[..., :3]
     shots.seconds[OURS + label] = shots.seconds[NONE + label] + seconds[0]
+    profile, scale = compositor.profile_of([head], scene), finest_scale(scene)
+    after = compositor.diffusion_group(profile, scale, split=False)
+    shots.eevee[AFTER + label] = evaluate(after, inputs_of(frame), lens)[..., :3]
 
 
 def compared(head: str, look: str, view: str, shots: Shots) -> list[dict]:

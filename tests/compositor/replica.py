@@ -192,12 +192,13 @@ def steps_of(frame: Frame, lens: Lens) -> tuple[Array, Array]:
 
 
 def diffuse(
-    frame: Frame, lens: Lens, profile: GaussianProfile, pixels_per_mm: float, aware: bool = True
+    frame: Frame, lens: Lens, profile: GaussianProfile, pixels_per_mm: float, aware: bool = True, split: bool = True
 ) -> dict[str, Array]:
     """The picture and the pieces it is made of."""
     inside = (frame.mask > INSIDE).astype(float)
-    root = np.sqrt(np.maximum(frame.colour * frame.share / np.maximum(frame.mask, 1e-4)[..., None], 0))
-    entering = frame.light * root
+    skin = np.maximum(frame.colour * frame.share / np.maximum(frame.mask, 1e-4)[..., None], 0)
+    root = np.sqrt(skin) if split else skin
+    entering = frame.light * root if split else frame.light
     place, footprint = position(frame.depth, lens), footprint_of(frame.depth, lens)
     length_x, slope_x = one_sided(place, inside, 1, 0)
     length_y, slope_y = one_sided(place, inside, 0, 1)

@@ -30,13 +30,13 @@ def test_nodes_give_what_numpy_gives() -> None:
     images = {
         name.capitalize(): getattr(frame, name) for name in ("image", "light", "colour", "share", "mask", "depth")
     }
-    for profile, scale, aware in (
-        (SKIN, 8.0, True),
-        (SKIN, 64.0, True),
-        (fit_gaussians((0.9, 0.3, 0.2), 2), 8.0, False),
+    for profile, scale, aware, split in (
+        (SKIN, 8.0, True, True),
+        (SKIN, 64.0, True, False),
+        (fit_gaussians((0.9, 0.3, 0.2), 2), 8.0, False, True),
     ):
-        nodes = evaluate(diffusion_group(profile, scale, aware), images, values)[..., :3]
-        numpy = replica.diffuse(frame, LENS, profile, scale, aware)["image"]
+        nodes = evaluate(diffusion_group(profile, scale, aware, split=split), images, values)[..., :3]
+        numpy = replica.diffuse(frame, LENS, profile, scale, aware, split)["image"]
         assert np.abs(nodes - numpy).max() < 1e-5
         assert np.abs(numpy - frame.image).max() > 0.1
 

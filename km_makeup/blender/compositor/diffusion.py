@@ -58,11 +58,12 @@ LENS = {
 
 
 def diffusion_group(
-    profile: GaussianProfile, pixels_per_mm: float, aware: bool = True, slope: bool = True
+    profile: GaussianProfile, pixels_per_mm: float, aware: bool = True, slope: bool = True, split: bool = True
 ) -> bpy.types.NodeTree:
     """The group for one profile (mm^2, three channels), for pictures of up to so many pixels per mm of skin.
 
-    Without ``slope`` a pixel is as long as its footprint at its depth, as if all skin faced the camera.
+    Without ``slope`` a pixel is as long as its footprint at its depth, as if all skin faced the camera. ``split``: half of
+    the skin's colour before the blur and half after it; else all after it, as Cycles has it.
 
     In larger ones the widest Gaussians end early beside steps and the narrowest ones show their taps.
     """
@@ -76,8 +77,9 @@ def diffusion_group(
         depth = tree.scalar_input("Depth", "Depth pass, scene units, planar", 1.0)
         lens = {name: tree.scalar_input(name, *about) for name, about in LENS.items()}
         inside = tree.less(INSIDE, mask)
-        root = (colour * share / mask.maximum(1e-4)).maximum(0.0).sqrt()
-        entering = light * root
+        skin = (colour * share / mask.maximum(1e-4)).maximum(0.0)
+        root = skin.sqrt() if split else skin
+        entering = light * root if split else light
         along = surface(tree, depth, inside, lens)
         if not slope:
             along = (_facing(tree, along[0]), _facing(tree, along[1]))
@@ -99,6 +101,7 @@ def diffusion_group(
         float(pixels_per_mm),
         aware,
         *([] if slope else ["flat"]),
+        *([] if split else ["after"]),
     )
     return owned_group("diffusion", signature, "KM Diffusion", build, "CompositorNodeTree")
 

@@ -25,9 +25,23 @@ PLANNED = "km_makeup_diffusion_planned"
 """Custom property of the node: what it was made for."""
 
 
-def ask(scene: bpy.types.Scene, profile: Profile, distances: Sequence[float], gaussians: int, steps: bool) -> None:
-    """Keep what the artist asks of the diffusion: profile (with its own distances, mm), at most so many Gaussians, stop at steps."""
-    asked = {"profile": profile.name, "distances": list(distances), "gaussians": gaussians, "steps": steps}
+def ask(
+    scene: bpy.types.Scene,
+    profile: Profile,
+    distances: Sequence[float],
+    gaussians: int,
+    steps: bool,
+    split: bool = True,
+) -> None:
+    """Keep what the artist asks of the diffusion: profile (with its own distances, mm), at most so many Gaussians, stop at steps,
+    blur half of the skin's colour."""
+    asked = {
+        "profile": profile.name,
+        "distances": list(distances),
+        "gaussians": gaussians,
+        "steps": steps,
+        "split": split,
+    }
     scene[ASKED] = json.dumps(asked)
 
 
@@ -69,4 +83,4 @@ def follow(scene: bpy.types.Scene, plans: list[Plan]) -> None:
     kind = Profile[asked["profile"]]
     heads = sorted(heads_of(scene), key=lambda head: head.name)
     profile = chosen_profile(kind, heads, scene, asked["distances"], asked["gaussians"])
-    insert(scene, sharpened(profile, left_out), aware)[PLANNED] = made_for
+    insert(scene, sharpened(profile, left_out), aware, split=asked.get("split", True))[PLANNED] = made_for

@@ -74,16 +74,19 @@ def insert(
     profile: GaussianProfile | None = None,
     aware: bool = True,
     pixels_per_mm: float | None = None,
+    split: bool = True,
 ) -> bpy.types.Node:
     """Put the group behind the scene's Render Layers node; a tree is made where there is none.
 
     ``profile`` None: that of the heads' own subsurface scattering. ``aware``: no light across steps in depth. ``pixels_per_mm`` is found from the cameras where it is None.
+    ``split``: as `diffusion_group` says.
     Raises MakeupError where the picture cannot be diffused (`refusal`), or several Render Layers nodes show the scene.
     """
     problem = refusal(scene)
     if problem:
         raise MakeupError(problem)
-    group = diffusion_group(profile or profile_of(heads_of(scene), scene), pixels_per_mm or finest_scale(scene), aware)
+    profile = profile or profile_of(heads_of(scene), scene)
+    group = diffusion_group(profile, pixels_per_mm or finest_scale(scene), aware, split=split)
     existing = find(scene)
     if existing is not None:
         old = existing.node_tree

@@ -50,6 +50,10 @@ class KM_OT_diffuse(MakeupOperator, bpy.types.Operator):
         name="Stop at Steps", default=True,
         description="No light crosses steps in depth: from nose to cheek, chin to neck, head to head",
     )  # fmt: skip
+    split: BoolProperty(
+        name="Blur Half the Colour", default=True,
+        description="Half of the skin's colour is blurred with the light, as in skin; else none of it, as Cycles and EEVEE do",
+    )  # fmt: skip
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> str:
         from ... import compositor
@@ -63,7 +67,7 @@ class KM_OT_diffuse(MakeupOperator, bpy.types.Operator):
         heads = sorted({*compositor.heads_of(context.scene), obj}, key=lambda head: head.name)
         kind = compositor.Profile[self.profile]
         compositor.chosen_profile(kind, heads, context.scene, self.distances, self.gaussians)
-        compositor.ask(context.scene, kind, self.distances, self.gaussians, self.steps)
+        compositor.ask(context.scene, kind, self.distances, self.gaussians, self.steps, self.split)
         obj.km_makeup.scattering = "SCREEN"
         plan = refresh(obj, context.scene)
         if not plan.screen_diffusion.on:
