@@ -186,7 +186,8 @@ def lights() -> None:
     _area(studio, "Key", (-0.50, -1.12, 0.46), FACE, 0.45, 20.0)
     _area(studio, "Fill", (0.55, -1.0, -0.25), FACE, 0.70, 3.4)
     _area(studio, "Strip left", (0.80, 0.62, 0.35), (0, 0, -0.02), 0.45, 6.0)
-    _area(studio, "Strip right", (-0.80, 0.65, 0.25), (0, 0, -0.02), 0.45, 4.0)
+    # large: a small one is a spark on lips at the corner of the mouth
+    _area(studio, "Strip right", (-0.80, 0.65, 0.25), (0, 0, -0.02), 0.90, 4.0)
     window = _lights("Light window", False)
     _area(window, "Window", (-1.15, -0.85, 0.35), FACE, 1.1, 38.0, (0.93, 0.97, 1.0))
     _area(window, "Wall", (1.3, -0.9, 0.1), FACE, 1.4, 9.0, (1.0, 0.94, 0.88))

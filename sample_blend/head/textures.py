@@ -166,6 +166,8 @@ def detail(atlas: Atlas, seed: int = 40) -> np.ndarray:
     rough = rough * (1 - lips) + lips * 0.31
     wet = np.clip(fields.smooth(atlas.rings["mouth"], 1.7, 2.0) + fields.eye_opening(atlas), 0, 1)
     rough = rough * (1 - wet) + 0.2 * wet
+    corner = fields.smooth(x, 19.0, 23.0) * fields.smooth(atlas.rings["mouth"], 0.5, 0.9)  # dry: no spark there
+    rough = rough * (1 - corner) + 0.8 * corner
     inside = fields.nostril_opening(atlas)
     rough = rough * (1 - inside) + 0.9 * inside
     rng = np.random.default_rng(seed + 1)
@@ -194,7 +196,7 @@ def eye(size: int = 640, seed: int = 3) -> np.ndarray:
     x, y = np.meshgrid(t, -t)
     r = np.hypot(x, y) * anatomy.EYE_RADIUS
     a = np.arctan2(y, x)
-    sclera = np.ones((size, size, 3)) * [0.64, 0.59, 0.55]
+    sclera = np.ones((size, size, 3)) * [0.58, 0.53, 0.49]
     veins = sum(np.cos(k * a + rng.uniform(0, 6.28) + 1.7 * np.sin(r * rng.uniform(0.3, 0.9))) for k in (5, 9, 14)) / 3
     red = np.clip((r - 7.0) / 5.0, 0, 1)[..., None] * (0.5 + 0.5 * np.clip(veins, 0, 1)[..., None])
     sclera *= 1 - red * [0.08, 0.30, 0.32]
@@ -203,6 +205,7 @@ def eye(size: int = 640, seed: int = 3) -> np.ndarray:
     edge = fields.smooth(r + wave, anatomy.IRIS_RADIUS + 0.42, anatomy.IRIS_RADIUS - 0.42)[..., None]
     shade = 1 - 0.62 * fields.smooth(y * anatomy.EYE_RADIUS, 0.8, 5.2)[..., None]  # the lid and its lashes over it
     shade = shade * (1 - 0.18 * fields.smooth(y * anatomy.EYE_RADIUS, -3.5, -6.0)[..., None])
+    shade = shade * (1 - 0.35 * fields.smooth(np.abs(x) * anatomy.EYE_RADIUS, 6.2, 10.5)[..., None])  # in the corners
     return srgb((iris * edge + sclera * (1 - edge)) * shade)
 
 
