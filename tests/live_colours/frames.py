@@ -28,7 +28,7 @@ COUNTS = (0, 1, 2, 4)
 MOST, LEAST_SKIN = 1.12, 0.6
 """Bounds: a frame of four films over one of plain skin; the share of the frame that is skin."""
 
-SAMPLES, MANY = 4, 256
+SAMPLES, MANY = 4, 64
 COVERS = [
     "km_makeup/blender/nodes/groups.py", "km_makeup/blender/nodes/weights.py", "km_makeup/blender/shaders.py",
     "km_makeup/blender/lobes.py", "tests/live_colours/frames.py",
