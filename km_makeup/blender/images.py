@@ -103,11 +103,16 @@ def linear_colours(values: NDArray, image: bpy.types.Image, space: str) -> NDArr
     )
 
 
-def new_map(name: str, width: int, height: int, full_float: bool = False) -> bpy.types.Image:
-    """An empty cosmetic map, Non-Color, packed into the file so that it cannot be lost."""
+def new_map(name: str, width: int, height: int, full_float: bool = False, value: float = 0.0) -> bpy.types.Image:
+    """A cosmetic map of one value, Non-Color, packed into the file so that it cannot be lost.
+
+    Its pixels are set, since Blender packs only what was changed; on an image that is generated, undoing a change of a
+    property after the first stroke takes the stroke too.
+    """
     image = bpy.data.images.new(name, width, height, alpha=False, float_buffer=full_float, is_data=True)
-    image.generated_color = (0, 0, 0, 1)
     image[IMAGE_KIND] = COSMETIC_MAP
+    image.pixels.foreach_set(np.tile(np.array([value] * 3 + [1], np.float32), width * height))
+    image.update()
     image.pack()
     return image
 
@@ -159,15 +164,8 @@ def copy_of(image: bpy.types.Image) -> bpy.types.Image:
 def filled_like(image: bpy.types.Image | None, name: str, value: float) -> bpy.types.Image:
     """A packed map of one value, as large and deep as ``image``; 2048x2048 bytes where there is none."""
     width, height = image.size if image is not None and min(image.size) > 0 else (2048, 2048)
-    made = bpy.data.images.new(
-        image.name if image is not None else name, width, height, alpha=False,
-        float_buffer=image is not None and image.is_float, is_data=True,
-    )  # fmt: skip
-    made.pixels.foreach_set(np.tile(np.array([value] * 3 + [1], np.float32), width * height))
-    made[IMAGE_KIND] = COSMETIC_MAP
-    made.update()
-    made.pack()
-    return made
+    is_float = image is not None and image.is_float
+    return new_map(image.name if image is not None else name, width, height, is_float, value)
 
 
 def load_map(path: str, channel: str, values: NDArray) -> bpy.types.Image:

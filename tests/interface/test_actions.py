@@ -73,6 +73,9 @@ def test_set_up_makes_the_first_layer_and_its_map(head):
     assert [layer.product for layer in makeup.layers] == ["blush-rose"]
     image = makeup.layers[0].map
     assert tuple(image.size) == (2048, 2048) and image.colorspace_settings.name == "Non-Color"
+    assert image.source == "FILE" and image.packed_file is not None, (
+        "undo can take the first stroke from a generated image"
+    )
     import bpy
 
     paint_settings = bpy.context.scene.tool_settings.image_paint
