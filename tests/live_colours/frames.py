@@ -44,6 +44,7 @@ def heads() -> dict[int, object]:
     from tests.live_colours import tiles
 
     tiles.empty_scene()
+    bpy.context.scene.render.engine = "BLENDER_EEVEE"
     scenes.studio()
     bpy.context.scene.camera.location = (0, -0.2, 0)
     rng = np.random.default_rng(5)
@@ -88,9 +89,8 @@ class Frames:
     def __init__(self, folder: Path) -> None:
         import bpy
 
-        self.scene, self.folder = bpy.context.scene, folder
-        self.scene.render.engine = "BLENDER_EEVEE"
         self.heads = heads()
+        self.scene, self.folder = bpy.context.scene, folder
         self.scene.render.film_transparent = True
 
     def picture(self, count: int, size: tuple[int, int], samples: int) -> tuple[NDArray, float]:
