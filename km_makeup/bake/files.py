@@ -51,12 +51,18 @@ def read_image(path: Path) -> tuple[NDArray, list[str]]:
     try:
         pixels = source.read_image("uint8" if eight_bit else "float")
         if pixels is None:
-            reason = " ".join(source.geterror().split())
-            raise MakeupError(f"The image {path} is damaged ({reason}); save it again as PNG or EXR.")
+            raise damaged(path, source.geterror())
         names = list(source.spec().channelnames)
     finally:
         source.close()
     return np.atleast_3d(np.asarray(pixels)), names
+
+
+def damaged(path: Path, reason: str) -> MakeupError:
+    """The error for an image whose pixels cannot be read; OpenImageIO gives several reasons, of which one is said."""
+    first = " ".join(reason.split()).split(":")[0] or "no pixels"
+    said = "it is cut off" if "end of file" in reason.lower() else first
+    return MakeupError(f"The image {path} is damaged ({said}); save it again as PNG or EXR.")
 
 
 def _as_stored(oiio: ModuleType, *spec: object) -> Any:

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from .touch import Rectangle
 
-MARGIN_SHARE = 64
-"""Texels are filled up to this part of the map's larger side from an island: five mip levels of 2048."""
+MARGIN, MARGIN_SHARE = 16, 64
+"""Texels are filled so far from an island, and up to this part of the map's larger side: 64 texels, six mip levels, of 4096."""
 
 CHUNK = 1 << 20
 """Rows of texels of triangles that are worked on at once."""
@@ -57,7 +57,7 @@ class Dilation:
 def dilation(triangles: NDArray, height: int, width: int, margin: int | None = None) -> Dilation:
     """What fills a map of the surface whose UV triangles are (n, 3, 2), v upwards from the bottom row; ``margin`` in texels."""
     mask = on_surface(triangles, height, width)
-    return carried_outwards(mask, max(height, width) // MARGIN_SHARE if margin is None else margin)
+    return carried_outwards(mask, max(MARGIN, max(height, width) // MARGIN_SHARE) if margin is None else margin)
 
 
 def on_surface(triangles: NDArray, height: int, width: int) -> NDArray[np.bool_]:

@@ -30,7 +30,7 @@ from .engine import (
     preparing,
     size_of,
 )
-from .files import ExrWriter, check_end, open_image, write_exr
+from .files import ExrWriter, check_end, damaged, open_image, write_exr
 from .levels import Tile, read_tiles
 from .splice import BLOCK_ROWS, Piece, read_blocks, write_spliced
 from .texels import WORD
@@ -82,8 +82,7 @@ class FileRows:
         channel = self._channel
         pixels = self._file.read_scanlines(start, stop, 0, channel, channel + 1, self._type)
         if pixels is None:
-            reason = " ".join(self._file.geterror().split())
-            raise MakeupError(f"The image {self._path} is damaged ({reason}); save it again as PNG or EXR.")
+            raise damaged(self._path, self._file.geterror())
         self._next = stop
         return np.asarray(pixels).reshape(stop - start, self._shape[1])
 

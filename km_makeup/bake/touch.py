@@ -66,10 +66,14 @@ class Rectangle:
 
 @dataclass(frozen=True)
 class Patch:
-    """New texels of every texture, (rows, columns, 4) each, and where they belong."""
+    """New texels of every texture, (rows, columns, 4) each, and where they belong.
+
+    ``same_method``: a whole bake now would take the method of these texels, and make the same of them to the last bit.
+    """
 
     place: Rectangle
     textures: Sequence[NDArray]
+    same_method: bool
 
 
 def changed(old: NDArray, new: NDArray) -> Rectangle | None:
@@ -119,8 +123,7 @@ class Kept:
     def touch(self, layer: int, values: NDArray) -> Patch | None:
         """What a stroke changed, where the layer's map now holds ``values`` (height, width); None where nothing did.
 
-        The patch is empty (no textures) where the stroke made so many new combinations that the method of a whole bake is
-        another one: then the whole has to be baked.
+        Strokes may make so many new combinations that a whole bake takes another method, which the patch says.
         """
         place = changed(self.maps[layer], values)
         if place is None:
@@ -130,9 +133,6 @@ class Kept:
 
     def patch(self, place: Rectangle) -> Patch:
         """The textures in a rectangle, from `maps` as they are."""
-        return Patch(place, self._computed(place))
-
-    def _computed(self, place: Rectangle) -> Sequence[NDArray]:
         work = self._prepared.work
         pieces = [ArrayRows(np.ascontiguousarray(one[place.slices])) for one in self.maps]
         layers = [replace(layer, source=piece) for layer, piece in zip(work.layers, pieces)]
@@ -147,9 +147,7 @@ class Kept:
                 break
         if here.found is not None:
             self._seen = np.union1d(self._seen, _packed(here.found))
-            if len(self._seen) > MOST or len(self.maps) > DIGITS:
-                return ()
         canvas = MemoryCanvas(self._request, height, width)
         for _ in filling(here, runs, canvas):
             pass
-        return canvas.planes()
+        return Patch(place, canvas.planes(), len(self._seen) <= MOST and len(self.maps) <= DIGITS)

@@ -79,7 +79,7 @@ def bake_steps(obj: bpy.types.Object, scene: bpy.types.Scene) -> Generator[tuple
         raise MakeupError(
             f"The folder {makeup.folder} lies beside the .blend, which is not saved yet; save it, or choose another folder."
         )
-    request = _request(obj, plan)
+    request = request_of(obj, plan)
     folder = ensure_folder(Path(bpy.path.abspath(makeup.folder)))
     files = _files(obj, request, folder)
     metadata = _metadata(obj, plan, request)
@@ -108,7 +108,8 @@ def bake_all(obj: bpy.types.Object, scene: bpy.types.Scene) -> BakeReport | None
             return end.value
 
 
-def _request(obj: bpy.types.Object, plan: Plan) -> Request:
+def request_of(obj: bpy.types.Object, plan: Plan) -> Request:
+    """What a bake of the object's films computes."""
     makeup = obj.km_makeup
     layers = [makeup.layers[i] for i in plan.film_indices]
     products, coats = stack_of(obj, plan)

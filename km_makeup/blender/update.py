@@ -67,6 +67,20 @@ def exclusion_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context)
     active_changed(self, context)
 
 
+def follows_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+    """Baked textures are to follow strokes, or no more; where they cannot, the switch goes back and the panel says why."""
+    if _paused:
+        return
+    from . import following
+
+    following.stop(self.id_data)
+    if self.follows:
+        told(self.id_data, lambda obj: following.start(obj, context.scene))
+        if not following.follows(self.id_data):
+            with paused():
+                self.follows = False
+
+
 def _changed(obj: bpy.types.Object, stale: bool = False) -> None:
     from .makeup import refresh
 

@@ -61,15 +61,13 @@ def test_a_stroke_that_changes_nothing_makes_no_patch():
     assert kept.touch(2, kept.maps[2].copy()) is None
 
 
-def test_combinations_beyond_what_a_whole_bake_computes_one_by_one_ask_for_a_whole_bake(monkeypatch):
+def test_a_patch_says_when_a_whole_bake_would_take_another_method(monkeypatch):
     kept = Kept(request(maps=maps(False)))
     monkeypatch.setattr(touch, "MOST", len(kept._seen))
-    again = stroke(kept.maps[0], Rectangle(0, 1, 0, 1), int(kept.maps[0][0, 1]))
-    patch = kept.touch(0, again)
-    if patch is not None and len(kept._seen) <= touch.MOST:
-        assert patch.textures
+    patch = kept.patch(Rectangle(0, 9, 0, 9))
+    assert patch.same_method and patch.textures
     patch = kept.touch(0, stroke(kept.maps[0], Rectangle(0, 9, 0, 9), 251))
-    assert patch is not None and patch.textures == ()
+    assert patch is not None and not patch.same_method and len(patch.textures) == 3
 
 
 @pytest.mark.parametrize("shape", [(16, 16), (17, 13), (1, 1), (5, 8)])

@@ -28,16 +28,28 @@ BEST = {"enable": 0.05, "open": 0.02, "first colour": 0.6}
 """Seconds that are asked for at most."""
 
 
+class WhatBlenderLacks:
+    """Packages of a developer's environment that Blender does not bring, and colour-science would import."""
+
+    NAMES = ("scipy", "matplotlib", "pandas", "networkx", "tqdm")
+
+    def find_spec(self, name: str, *_: object) -> None:
+        """Refuse them."""
+        if name.split(".")[0] in self.NAMES:
+            raise ImportError(f"{name} is not there in Blender")
+
+
 def enable(_: argparse.Namespace) -> dict[str, float]:
     """Importing and registering the extension in a Blender that has started, and then the first colour of a layer."""
     import bpy
 
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    start = time.perf_counter()
+    sys.meta_path.insert(0, WhatBlenderLacks())  # type: ignore[arg-type]
+    start, cpu = time.perf_counter(), time.process_time()
     from km_makeup import blender
 
     blender.register()
-    enabled = time.perf_counter() - start
+    found = {"enable": time.perf_counter() - start, "enable, processor": time.process_time() - cpu}
     from tests.blender import scenes
 
     head = scenes.head()
@@ -46,11 +58,12 @@ def enable(_: argparse.Namespace) -> dict[str, float]:
 
     painted = images.image_from_map("lips", scenes.spots(512))
     makeup.set_up(head)
-    start = time.perf_counter()
+    start, cpu = time.perf_counter(), time.process_time()
     layer = head.km_makeup.layers.add()
     layer.map, layer.product, layer.thickness_um = painted, "lipstick-berry", 15
     makeup.refresh(head)
-    return {"enable": enabled, "first colour": time.perf_counter() - start}
+    seconds = {"first colour": time.perf_counter() - start, "first colour, processor": time.process_time() - cpu}
+    return found | seconds
 
 
 def opening(options: argparse.Namespace) -> dict[str, float]:
@@ -178,10 +191,14 @@ def main() -> int:
         return 0
     found = session()
     beside = in_own_process("cycles", "--size", str(options.size), "--runs", str(options.runs))
-    lines = ["| what | seconds | asked for at most |", "|---|---:|---:|"]
+    lines = ["| what | seconds | of the processor | asked for at most |", "|---|---:|---:|---:|"]
     names = {"enable": "enabling the extension", "open": "opening a file with three layers takes longer by",
              "first colour": "the first layer's colour in a session"}  # fmt: skip
-    lines += [f"| {names[name]} | {found[name]:.3f} | {most} |" for name, most in BEST.items()]
+    for name, most in BEST.items():
+        processor = found.get(f"{name}, processor")
+        lines.append(
+            f"| {names[name]} | {found[name]:.3f} | {'' if processor is None else f'{processor:.3f}'} | {most} |"
+        )
     lines += ["", f"Opening the same file without the extension takes {found['open without']:.3f} s.", ""]
     lines.append(
         f"{options.size} x {options.size}, three films: Cycles bakes the live colour in {beside['cycles']:.2f} s, ours takes "

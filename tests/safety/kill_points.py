@@ -1,7 +1,8 @@
 """Killed by signal 9 inside write, sync and rename: what lies on the disk then, and after the next start.
 
-    python -m tests.safety.kill_points            every point of every job; prints, writes tests/results/kill_points.md
-    python -m tests.safety.kill_points --most 6   six points of each job, spread evenly; prints
+    python -m tests.safety.kill_points            30 points of each job, spread evenly, 8 of Blender's; prints and writes
+                                                  tests/results/kill_points.md
+    python -m tests.safety.kill_points --most 6   six points of each job; prints
 
 Each job replaces a good set of files (the old) by another (the new) in a forked process that ends itself at one point; a small
 library in C (`kill_at.c`) counts the points. Checked after every death: each file is the old or the new one to the last
@@ -32,6 +33,7 @@ HERE = Path(__file__).resolve().parent
 COVERS = ["km_makeup/files.py", "km_makeup/bake/files.py", "km_makeup/bake/stream.py", "km_makeup/products/library.py",
           "tests/safety/kill_points.py", "tests/safety/jobs.py"]  # fmt: skip
 DEADLINE = 60
+MOST, MOST_OF_BLENDER = 30, 8
 
 
 class NoCompilerError(Exception):
@@ -132,7 +134,7 @@ def loaded() -> ctypes.CDLL:
     return kill_at
 
 
-def sweep(job: Job, folder: Path, most: int | None) -> Report:
+def sweep(job: Job, folder: Path, most: int) -> Report:
     """Kill a job at its points."""
     report = Report(job.name)
     sets = {}
@@ -156,8 +158,9 @@ def sweep(job: Job, folder: Path, most: int | None) -> Report:
     report.points = int((folder / "count").read_text())
     if job.read(place) != sets["new"]:
         report.wrong.append("the job does not give the new files over the old ones")
+    most = most if job.forks else min(most, MOST_OF_BLENDER)
     chosen = range(1, report.points + 1)
-    if most is not None and report.points > most:
+    if report.points > most:
         chosen = sorted({1 + round(i * (report.points - 1) / (most - 1)) for i in range(most)})
     for point in chosen:
         fresh()
@@ -189,7 +192,7 @@ def _judge(job: Job, place: Path, sets: dict[str, dict[str, object]], report: Re
         report.wrong.append(f"{at}: the job cannot be done again")
 
 
-def inside(most: int | None, names: list[str]) -> list[Report]:
+def inside(most: int, names: list[str]) -> list[Report]:
     """The sweep itself, in a process that the library is loaded in."""
     from tests.safety.jobs import jobs
 
@@ -204,13 +207,21 @@ def inside(most: int | None, names: list[str]) -> list[Report]:
     return reports
 
 
-def run(most: int | None, names: list[str]) -> list[Report]:
+def run(most: int, names: list[str]) -> list[Report]:
     """All reports; NoCompilerError where nothing can be killed."""
     with tempfile.TemporaryDirectory() as folder:
         library = build(Path(folder))
-        command = [sys.executable, "-W", "ignore", "-m", "tests.safety.kill_points", "--inside", *names]
-        if most is not None:
-            command += ["--most", str(most)]
+        command = [
+            sys.executable,
+            "-W",
+            "ignore",
+            "-m",
+            "tests.safety.kill_points",
+            "--inside",
+            *names,
+            "--most",
+            str(most),
+        ]
         environment = os.environ | {"LD_PRELOAD": str(library), "BLENDER_USER_RESOURCES": folder}
         ran = subprocess.run(command, cwd=stamps.ROOT, env=environment, capture_output=True, text=True)
     lines = [line for line in ran.stdout.splitlines() if line.startswith('{"job"')]
@@ -223,7 +234,7 @@ def main() -> int:
     """Sweep, print, write."""
     parser = argparse.ArgumentParser(description="Processes killed while they write.")
     parser.add_argument("jobs", nargs="*", help="names of jobs (default: all)")
-    parser.add_argument("--most", type=int, help="points of each job at most; nothing is written")
+    parser.add_argument("--most", type=int, default=MOST, help=f"points of each job at most (default: {MOST})")
     parser.add_argument("--inside", action="store_true", help="used by itself")
     parser.add_argument("--one", help="used by itself")
     options = parser.parse_args()
@@ -254,7 +265,7 @@ def main() -> int:
     for r in reports:
         for one in r.wrong[:10]:
             print(f"{r.job}: {one}")
-    if options.most is None and not options.jobs:
+    if options.most == MOST and not options.jobs:
         stamps.write_markdown(
             "kill_points.md", "Killed while writing", "python -m tests.safety.kill_points", COVERS, text
         )

@@ -27,6 +27,7 @@ class KM_PT_bake(MakeupPanel):
         column.prop(makeup, "full_float")
         column.prop(makeup, "finished")
         layout.operator(KM_OT_bake.bl_idname, icon="RENDER_STILL")
+        layout.prop(makeup, "follows")
 
 
 CLASSES = in_two_places(KM_PT_bake)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 from bpy.props import BoolProperty, EnumProperty, IntProperty, PointerProperty, StringProperty
 
-from ...update import setting_changed
+from ...update import follows_changed, setting_changed
 
 PATHS = [
     ("LIVE", "Live", "Each film is a node group on its painted map; changes show at once"),
@@ -76,6 +76,11 @@ class BakeProperties:
         max=16384,
     )
     full_float: BoolProperty(name="32-bit", description="Write 32-bit float textures instead of 16-bit half floats")
+    follows: BoolProperty(
+        name="Follow Strokes", update=follows_changed, options={"SKIP_SAVE"},
+        description="Baked textures follow strokes at once: what a stroke changed is computed and drawn into them, and the "
+        "files follow when the brush has rested",
+    )  # fmt: skip
     finished: BoolProperty(
         name="Finished Albedo",
         description="Also bake the colour of skin with makeup, exact for every texel of the skin's texture",

@@ -55,7 +55,7 @@ def _notices(layout: bpy.types.UILayout, context: bpy.types.Context, makeup: bpy
         box.alert = True
         paragraph(box, problem, "ERROR")
         box.operator(KM_OT_refresh.bl_idname, icon="FILE_REFRESH")
-    if makeup.path == "BAKED":
+    if makeup.path == "BAKED" and not makeup.follows:
         box = layout.box()
         paragraph(box, "Baked textures are shown: strokes are seen after the next bake, or in Live.", "INFO")
         box.prop_enum(makeup, "path", "LIVE", text="Show Live")

@@ -1,0 +1,1 @@
+"""How long a stroke takes until baked textures show it."""

@@ -1,0 +1,64 @@
+"""How long a stroke takes until baked textures show it, in a window of Blender.
+
+    python -m tests.real_window.follow --result
+    python -m tests.real_window.follow --size 1024     smaller maps; prints
+
+Strokes of one dab touch about 512 x 512 texels of one of three 8-bit maps of 4096 x 4096; the Python that finds what
+changed, computes it at 81 bands and draws it into the textures on the card is timed. What lies in the textures then is compared
+with the files' pixels after the bake that follows. Exit status: 0 all well, 1 not, 77 no program Blender can be had.
+"""
+
+from __future__ import annotations
+
+import json
+import statistics
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from tests import stamps
+from tests.real_window import installed
+from tests.real_window.window import Window
+
+COVERS = ["km_makeup/blender/following.py", "km_makeup/blender/gpu_images.py", "km_makeup/bake/touch.py", "tests/real_window/follow"]  # fmt: skip
+
+
+def main() -> int:
+    size = sys.argv[sys.argv.index("--size") + 1] if "--size" in sys.argv else "4096"
+    try:
+        with tempfile.TemporaryDirectory(prefix="km_makeup-follow-") as folder:
+            blender, out = installed.program(), Path(folder) / "follow.json"
+            script = str(Path(__file__).with_name("inside.py"))
+            user = installed.install(blender, Path(folder))
+            window = Window(blender, user, ["--enable-event-simulate", "--python", script, "--", str(out), size])
+            try:
+                end = time.monotonic() + 380
+                while window.alive and time.monotonic() < end:
+                    time.sleep(0.5)
+            finally:
+                window.close()
+            if not out.exists():
+                print(window.log()[-3000:], file=sys.stderr)
+                return 1
+            found = json.loads(out.read_text())
+    except installed.NoBlenderError as error:
+        print(error, file=sys.stderr)
+        return 77
+    wall, cpu = statistics.median(found["seconds"]), statistics.median(found["cpu"])
+    text = (
+        f"{len(found['seconds'])} strokes on a map of {found['size']} x {found['size']}, {found['touched']} texels each at most, "
+        f"three films at 81 bands, {found['renderer']}: {1000 * wall:.0f} ms until they are in the textures on the card (median; "
+        f"{', '.join(f'{1000 * s:.0f}' for s in found['seconds'])}), {1000 * cpu:.0f} ms of processor time. A bake by the operator after "
+        f"a stroke takes {found['bake']:.2f} s.\n\nThe textures differ from the files of the bake that followed by "
+        f"{found['difference']:.2e} at most, mip level 2 from its mean by {found['mip_difference']:.2e}.\n"
+    )
+    print(text)
+    if "--result" in sys.argv:
+        command = "python -m tests.real_window.follow --result"
+        stamps.write_markdown("follow.md", "Strokes on baked textures", command, COVERS, text)
+    return 0 if found["difference"] < 1e-3 and found["mip_difference"] < 2e-3 and found["touched"] else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
