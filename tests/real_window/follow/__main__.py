@@ -33,7 +33,7 @@ def main() -> int:
             user = installed.install(blender, Path(folder))
             window = Window(blender, user, ["--enable-event-simulate", "--python", script, "--", str(out), size])
             try:
-                end = time.monotonic() + 380
+                end = time.monotonic() + 600
                 while window.alive and time.monotonic() < end:
                     time.sleep(0.5)
             finally:

@@ -39,6 +39,15 @@ def painted(layer: int) -> np.ndarray:
     return np.rint(255 * values * (1 - 0.03 * grain)).astype(np.uint8)
 
 
+def unpacked(name: str, values: np.ndarray):
+    """An 8-bit map that is not packed into the file, which takes long at this size."""
+    image = bpy.data.images.new(name, SIZE, SIZE, alpha=False, is_data=True)
+    rgba = np.repeat(values.astype(np.float32)[..., None] / 255, 4, axis=-1)
+    rgba[..., 3] = 1
+    image.pixels.foreach_set(rgba.reshape(-1))
+    return image
+
+
 def card(image, place, level: int = 0) -> np.ndarray:
     """A rectangle of a float texture on the card (rows, columns, 4)."""
     import gpu
@@ -61,7 +70,7 @@ def strokes() -> Generator[float, None, None]:
     with our("update").paused():
         for i, product in enumerate(("foundation-light", "blush-rose", "lipstick-berry")):
             layer = plane.km_makeup.layers.add()
-            layer.product, layer.thickness_um, layer.map = product, 15, images.image_from_map(product, painted(i))
+            layer.product, layer.thickness_um, layer.map = product, 15, unpacked(product, painted(i))
     makeup.refresh(plane)
     plane.km_makeup.folder = tempfile.mkdtemp()
     plane.km_makeup.active = 1
