@@ -37,7 +37,7 @@ def two_islands():
 
 
 def made_up(tmp_path):
-    """The strip wholly painted with foundation on its islands, not a texel beyond."""
+    """The strip wholly painted with black eyeliner on its islands, not a texel beyond."""
     from km_makeup.bake.islands import on_surface
     from km_makeup.blender import heads, images, makeup
 
@@ -45,7 +45,7 @@ def made_up(tmp_path):
     makeup.set_up(obj)
     layer = obj.km_makeup.layers.add()
     painted = on_surface(heads.surface_of(obj).uv, SIZE, SIZE)
-    layer.product, layer.thickness_um = "foundation-deep", 20
+    layer.product, layer.thickness_um = "eyeliner-black", 10
     layer.map = images.image_from_map("strip", painted.astype(np.uint8) * 255)
     obj.km_makeup.folder = str(tmp_path / "textures")
     return obj
