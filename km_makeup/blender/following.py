@@ -194,10 +194,8 @@ def _bake_step(follower: Follower) -> bool:
     if follower.work is None:
         follower.work = baking.bake_steps(obj, bpy.context.scene)
     try:
-        next(follower.work)
-        return True
-    except StopIteration:
-        pass
+        if next(follower.work, None) is not None:
+            return True
     except MakeupError as error:
         obj.km_makeup["problem"] = str(error)
     follower.work, follower.last_stroke = None, 0.0
