@@ -1,7 +1,7 @@
 """Takes a measurement of the sample head into the extension and into README.md.
 
     python -m km_makeup accuracy sample_blend/head.blend --look sample_blend/looks/evening.json --out accuracy
-    python -m tests.accuracy.ship accuracy
+    python -m tests.accuracy.ship accuracy [FURTHER FOLDERS, of ladders that were measured apart]
 
 Writes km_makeup/accuracy/shipped.json (what the panel shows until a scene was measured), two plots beside the sample head and the
 tables between the marks in README.md.
@@ -38,18 +38,24 @@ SHOWN: dict[str, tuple[str, ...]] = {
 def main() -> int:
     """Take a measurement in."""
     parser = argparse.ArgumentParser(prog="python -m tests.accuracy.ship", description=__doc__.splitlines()[0])
-    parser.add_argument("folder", type=Path, help="folder with accuracy.json of a measurement")
+    parser.add_argument(
+        "folders", type=Path, nargs="+", help="folders with accuracy.json of measurements on one machine"
+    )
     options = parser.parse_args()
-    file = options.folder / "accuracy.json"
-    if not file.is_file():
-        print(f"There is no {file}; measure first.", file=sys.stderr)
-        return 2
-    content = json.loads(file.read_text(encoding="utf-8"))
+    content: dict = {"made": {}, "ladders": {}, "rungs": []}
+    for folder in options.folders:
+        file = folder / "accuracy.json"
+        if not file.is_file():
+            print(f"There is no {file}; measure first.", file=sys.stderr)
+            return 2
+        found = json.loads(file.read_text(encoding="utf-8"))
+        content["made"] |= found["made"]
+        content["rungs"] = [r for r in content["rungs"] if r["ladder"] not in found["ladders"]] + found["rungs"]
+        content["ladders"] |= found["ladders"]
+        for name in PLOTS:
+            if (folder / f"{name}.svg").is_file():
+                (ROOT / "sample_blend" / f"accuracy-{name}.svg").write_bytes((folder / f"{name}.svg").read_bytes())
     kept_of(content).write(SHIPPED)
-    for name in PLOTS:
-        plot = options.folder / f"{name}.svg"
-        if plot.is_file():
-            (ROOT / "sample_blend" / f"accuracy-{name}.svg").write_bytes(plot.read_bytes())
     text = README.read_text(encoding="utf-8")
     if BEGIN in text:
         table = f"{BEGIN}\n{tables(content)}\n{END}"

@@ -208,6 +208,38 @@ def test_measuring_in_blender_is_kept_with_the_head_and_shown(made_up, tmp_path,
     assert frame is not None and frame.size == (32, 32) and frame.total_ms > 0
 
 
+def kept_with(obj, **seconds: float) -> None:
+    """A measurement whose figures are known, kept on a head: seconds and errors by setting."""
+    from km_makeup.accuracy.kept import Kept, KeptRung
+
+    errors = {"": 4.0, "path LIVE": 1.5, "path BAKED": 1.2}
+    names = {"": "EEVEE, no makeup", "path LIVE": "EEVEE, live", "path BAKED": "EEVEE, baked"}
+    rungs = [
+        KeptRung("picture", names[setting], setting, errors[setting], 3.0, seconds[key], 1.0)
+        for key, setting in (("bare", ""), ("live", "path LIVE"), ("baked", "path BAKED"))
+    ]
+    obj.km_makeup.measured = Kept(tuple(rungs), "", "2026-01-31", SIZE * SIZE / 1e6).as_json()
+
+
+def test_settings_are_picked_by_tolerance_and_by_time(made_up):
+    from km_makeup.blender import picking
+    from km_makeup.errors import MakeupError
+
+    obj, scene = made_up
+    with pytest.raises(MakeupError, match="press Measure on This Scene first"):
+        picking.by_time(obj, scene, 100)
+    kept_with(obj, bare=0.05, live=0.08, baked=0.12)
+    assert "Within 0.5" in picking.by_tolerance(obj, scene, 0.5)
+    assert obj.km_makeup.path == "LIVE"
+    assert "Press Bake" in picking.by_tolerance(obj, scene, 0.1), (
+        "only the baked path is near enough, and nothing is baked"
+    )
+    assert "About 50 ms are the bare head's, 40 ms are left" in picking.by_time(obj, scene, 90)
+    assert obj.km_makeup.path == "LIVE"
+    with pytest.raises(MakeupError, match="bare head alone takes about 50 ms"):
+        picking.by_time(obj, scene, 40)
+
+
 def test_a_head_without_makeup_is_refused(clean_scene, tmp_path, capsys):
     import bpy
 
