@@ -163,7 +163,7 @@ def _add_hover(root: ET.Element, result: Result, base: float, current: set[str])
     for rung, (x, y) in zip(result.rungs, at):
         place = {"cx": f"{x:g}", "cy": f"{y:g}"}
         ET.SubElement(root, "circle", {**place, "r": "4.5", "fill": colours[rung.name]})
-        circle = ET.SubElement(root, "circle", {**place, "r": "9", "class": "point"})
+        circle = ET.SubElement(root, "circle", {**place, "r": "9", "class": "point", "fill": "transparent"})
         ET.SubElement(circle, "title").text = _hover(rung, result, base)
     for rung, (x, y) in sorted(
         zip(result.rungs, at), key=lambda one: (colours[one[0].name] == OTHER, not one[0].on_front)
