@@ -9,9 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ..effects import Calibration
 from .ladder import Measured, Result
-
-FORMAT = 1
 
 
 @dataclass(frozen=True)
@@ -24,8 +23,8 @@ class Frames:
     lamps: int
 
 
-def calibration(results: Sequence[Result], frames: Frames, machine: str, date: str) -> dict[str, object]:
-    """Costs as `effects.Calibration` reads them: ms a megapixel (and sample); only kinds that stand out of the noise."""
+def calibration(results: Sequence[Result], frames: Frames, machine: str, date: str) -> Calibration:
+    """Costs in ms a megapixel (and sample); only kinds that stand out of the noise, others are the shipped ones when it is read."""
     rungs = {(r.ladder.name, rung.name): rung for r in results for rung in r.rungs}
     shading = 1e3 / (frames.megapixels * frames.samples)
     frame = 1e3 / frames.megapixels
@@ -36,16 +35,12 @@ def calibration(results: Sequence[Result], frames: Frames, machine: str, date: s
         "lamp": ("gloss", "lamp by lamp", "the skin's lobe only", frames.lamps),
         "subsurface": ("diffusion", "EEVEE's own", "0 Gaussians", 1),
     })  # fmt: skip
-    cycles = _costs(rungs, shading, {"subsurface": ("picture", "Cycles, scattering", "Cycles, no scattering", 1)})
     compositor = _costs(rungs, frame, {
         "gaussian": ("diffusion", "6 Gaussians", "1 Gaussian", 5),
         "depth_aware": ("diffusion", "6 Gaussians", "6 Gaussians, across steps", 1),
         "group": ("diffusion", "1 Gaussian", "0 Gaussians", 1),
     })  # fmt: skip
-    return {
-        "format": FORMAT, "machine": machine, "measured": date[:10],
-        "shading_ms": {"EEVEE": eevee, "CYCLES": cycles}, "compositor_ms": compositor,
-    }  # fmt: skip
+    return Calibration({"EEVEE": eevee}, compositor, machine, date[:10])
 
 
 def _costs(

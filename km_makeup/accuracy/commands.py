@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import signal
 import sys
 import time
@@ -14,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import MakeupError
-from ..files import write_text
 from .calibrate import Frames, calibration
 from .ladder import RUNS, Ladder, Result, measure
 
@@ -203,7 +201,7 @@ def _write(results: Sequence[Result], out: Path, scene: SceneLadders | None) -> 
         if scene:
             costs = calibration(results, scene.frames, f"{made['processor']}, {made['cores']} cores", made["date"])
             files.append(out / "calibration.json")
-            write_text(files[-1], json.dumps(costs, indent=1) + "\n")
+            costs.write(files[-1])
         print(f"written: {', '.join(str(f) for f in files)}", file=sys.stderr)
     return made
 

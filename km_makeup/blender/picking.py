@@ -55,15 +55,14 @@ def _paths(obj: bpy.types.Object) -> list[KeptRung]:
 
 
 def _set(obj: bpy.types.Object, scene: bpy.types.Scene, chosen: KeptRung, **values: object) -> None:
-    """Settings of the plan, where there are such, and the path, where textures are there that can be shown."""
+    """Settings of the plan, and the path, where textures are there that can be shown."""
     from .makeup import refresh
 
     makeup = obj.km_makeup
     path = PATHS[chosen.setting]
     with paused():
         for name, value in values.items():
-            if hasattr(makeup, name):
-                setattr(makeup, name, value)
+            setattr(makeup, name, value)
         if path == "LIVE" or makeup.baked_R is not None:
             makeup.path = path
     refresh(obj, scene)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
-
 import pytest
 
 from km_makeup.accuracy import calibrate, kept
 from km_makeup.accuracy.ladder import Ladder, Measured, Result, Times
 from km_makeup.accuracy.pictures import Spread
+from km_makeup.effects import Calibration
 from km_makeup.errors import MakeupError
 
 MACHINE = {"processor": "a processor", "cores": "2", "date": "2026-01-31 12:00 UTC"}
@@ -44,7 +43,7 @@ def test_the_shipped_measurement_can_be_read_and_knows_the_picture():
     assert made.machine and made.date
 
 
-def test_costs_are_differences_by_megapixel_and_sample():
+def test_costs_are_differences_by_megapixel_and_sample(tmp_path):
     frames = calibrate.Frames(megapixels=0.5, samples=10, films=4, lamps=2)
     results = [
         result("picture", {"EEVEE, no makeup": 1.0, "EEVEE, live": 1.2, "EEVEE, baked": 1.1}),
@@ -54,14 +53,17 @@ def test_costs_are_differences_by_megapixel_and_sample():
         ),
     ]
     found = calibrate.calibration(results, frames, "a machine", "2026-01-31 12:00")
-    eevee, compositor = found["shading_ms"]["EEVEE"], found["compositor_ms"]
+    eevee, compositor = found.shading_ms["EEVEE"], found.compositor_ms
     assert eevee == pytest.approx({"film": 10, "baked": 20, "second_lobe": 10, "lamp": 20})
     assert compositor == pytest.approx({"gaussian": 200, "depth_aware": 400, "group": 600})
-    assert found["measured"] == "2026-01-31"
-    assert json.loads(json.dumps(found)) == found
+    assert found.measured == "2026-01-31"
+    found.write(tmp_path / "calibration.json")
+    read, shipped = Calibration.read(tmp_path / "calibration.json"), Calibration.shipped()
+    assert read.shading_ms["EEVEE"] == {**shipped.shading_ms["EEVEE"], **eevee}
+    assert read.compositor_ms["passes"] == shipped.compositor_ms["passes"], "what was not measured is the shipped cost"
 
 
 def test_a_difference_lost_in_the_noise_is_left_to_the_default():
     frames = calibrate.Frames(0.5, 10, 4, 2)
     noisy = [result("picture", {"EEVEE, no makeup": 1.0, "EEVEE, live": 1.2}, spread=0.15)]
-    assert calibrate.calibration(noisy, frames, "", "")["shading_ms"]["EEVEE"] == {}
+    assert calibrate.calibration(noisy, frames, "", "").shading_ms["EEVEE"] == {}

@@ -93,7 +93,7 @@ class Makers:
     def closures(self) -> Dressed:
         """The renderer's own subsurface scattering."""
         if "closures" not in self._worn:
-            with settings(self.stage.obj, self.stage.scene, scattering="CLOSURES", both_engines=True):
+            with settings(self.stage.obj, self.stage.scene, scattering="CLOSURES", both_engines=True, everything=True):
                 self._worn["closures"] = self.stage.wear("subsurface")
         return self._worn["closures"]
 
@@ -101,7 +101,7 @@ class Makers:
         """Skin that hands its light to the compositor."""
         if "screen" not in self._worn:
             self.stage.inserted()
-            with settings(self.stage.obj, self.stage.scene, scattering="SCREEN", both_engines=True):
+            with settings(self.stage.obj, self.stage.scene, scattering="SCREEN", both_engines=True, everything=True):
                 self._worn["screen"] = self.stage.wear("screen space")
         return self._worn["screen"]
 

@@ -53,11 +53,6 @@ def kept(obj: bpy.types.Object, name: str) -> Dressed:
     return Dressed(obj, tuple(copies))
 
 
-def full(obj: bpy.types.Object) -> dict[str, object]:
-    """The setting that builds every effect, where there is a plan that may leave some out."""
-    return {"everything": True} if hasattr(obj.km_makeup, "everything") else {}
-
-
 @contextmanager
 def settings(obj: bpy.types.Object, scene: bpy.types.Scene, **values: object) -> Iterator[None]:
     """The makeup built with other settings inside the block; afterwards the settings are as they were, and nothing is rebuilt."""

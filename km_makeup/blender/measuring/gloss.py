@@ -17,7 +17,7 @@ def gloss_ladder(stage: Stage) -> Ladder:
 
     def dressed(name: str, **values: object) -> Dressed:
         if name not in worn:
-            with settings(stage.obj, stage.scene, scattering="CLOSURES", both_engines=True, **values):
+            with settings(stage.obj, stage.scene, scattering="CLOSURES", both_engines=True, everything=True, **values):
                 worn[name] = stage.wear(name)
         return worn[name]
 

@@ -61,18 +61,14 @@ class Wardrobe:
         return self._dressed("live", path="LIVE")
 
     def everything(self) -> Dressed:
-        """Every effect built, where there is a plan that may leave some out."""
-        if not self._planned:
-            return self.live()
+        """Every effect built, without asking the plan."""
         return self._dressed("everything", path="LIVE", everything=True)
 
     def planned(self, tolerance: float) -> Dressed:
         """What the plan builds at a tolerance."""
-        return self._dressed(f"plan {tolerance:g}", path="LIVE", everything=False, tolerance=tolerance)
-
-    @property
-    def _planned(self) -> bool:
-        return hasattr(self.stage.obj.km_makeup, "tolerance")
+        return self._dressed(
+            f"plan {tolerance:g}", path="LIVE", everything=False, tolerance=tolerance, use_budget=False
+        )
 
     def bare(self) -> Dressed:
         """The skin without makeup."""
@@ -105,12 +101,12 @@ class Wardrobe:
 
         stage, makeup = self.stage, self.stage.obj.km_makeup
         textures = [f"baked_{name}" for name in ("R", "T2", "R_up", "albedo", "finish")]
-        names = ["folder", "finished", "path", "scattering", "both_engines", *textures]
+        names = ["folder", "finished", "path", "scattering", "both_engines", "everything", *textures]
         before = {name: getattr(makeup, name) for name in names}
         wear_own(stage.obj)
         with paused(), tempfile.TemporaryDirectory(prefix="km-accuracy-") as folder:
             makeup.folder, makeup.finished = str(Path(folder)), False
-            makeup.scattering, makeup.both_engines = "CLOSURES", True
+            makeup.scattering, makeup.both_engines, makeup.everything = "CLOSURES", True, True
             for _ in bake_steps(stage.obj, stage.scene):
                 pass
             for name in textures:
@@ -146,7 +142,8 @@ class Wardrobe:
             ("EEVEE, no makeup", "the bare skin, to see how much the makeup is", eevee(self.bare), ""),
             ("EEVEE, live", "films as nodes", eevee(self.live), "path LIVE"),
             ("EEVEE, baked", "films as three textures; prepare is the bake", eevee(self.baked), "path BAKED"),
-            *([*planned, whole] if self._planned else []),
+            *planned,
+            whole,
             (f"Cycles, {samples} samples", "path traced", traced(samples), "cycles"),
             (f"Cycles, {samples} samples, denoised", "path traced, OpenImageDenoise", traced(samples, denoised=True), "cycles denoised"),
             (f"Cycles, {MANY * samples} samples", "path traced", traced(MANY * samples), ""),

@@ -113,8 +113,7 @@ def current_settings(obj: bpy.types.Object, scene: bpy.types.Scene) -> tuple[str
         return ("cycles denoised" if scene.cycles.use_denoising else "cycles",)
     found = [f"path {makeup.path}", "lamp by lamp" if makeup.highlight == "LAMPS" else "lobes 2"]
     found.append("diffusion 6" if makeup.scattering == "SCREEN" else "diffusion own")
-    if hasattr(makeup, "tolerance"):
-        found.append("everything" if makeup.everything else f"plan {makeup.tolerance:g}")
+    found.append("everything" if makeup.everything else f"plan {makeup.tolerance:g}")
     return tuple(found)
 
 

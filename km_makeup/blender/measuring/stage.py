@@ -17,9 +17,10 @@ from ...accuracy.ladder import Finding, Shot
 from ...accuracy.pictures import PictureDifference, Spread
 from ...bake.files import write_png
 from .. import compositor, makeup
+from ..compositor.following import ASKED
 from ..compositor.placing import PASSES
 from ..reference import ReferenceRun, Restoring, as_seen, rendered, white_of
-from .dressed import Dressed, full, kept, settings, wear_own
+from .dressed import Dressed, kept, settings, wear_own
 
 FULL_DELTA_E = 5.0
 """CIEDE2000 that a difference map shows as its brightest colour."""
@@ -79,6 +80,7 @@ class Stage:
     _groups: list[bpy.types.NodeTree] = field(default_factory=list)
     _images: list[bpy.types.Image] = field(default_factory=list)
     _inserted: bool = False
+    _asked: object = None
     _size: tuple[int, int] = (0, 0)
 
     def __post_init__(self) -> None:
@@ -88,6 +90,8 @@ class Stage:
         self._settings.set(
             self.scene.render, engine=self.scene.render.engine, use_compositing=self.scene.render.use_compositing
         )
+        self._asked = self.scene.get(ASKED)
+        compositor.forget(self.scene)  # or every rebuild would put the diffusion in, or take it out
         bpy.app.handlers.render_stats.append(self._watch)
 
     def wear(self, name: str) -> Dressed:
@@ -168,7 +172,7 @@ class Stage:
         """Path trace the reference, where it is not there yet; yields what is being rendered."""
         if bounces in self.references:
             return
-        with settings(self.obj, self.scene, scattering="CLOSURES", both_engines=True, **full(self.obj)):
+        with settings(self.obj, self.scene, scattering="CLOSURES", both_engines=True, everything=True):
             yield from self._trace(bounces)
 
     def _trace(self, bounces: bool) -> Iterator[str]:
@@ -246,6 +250,8 @@ class Stage:
         self._groups.clear()
         self._wardrobe.clear()
         self._images.clear()
+        if self._asked is not None:
+            self.scene[ASKED] = self._asked
         makeup.refresh(self.obj, self.scene)  # which may have been rebuilt for other settings in between
         left = 1
         while left:  # groups that only these used are left over next

@@ -65,15 +65,21 @@ class KM_OT_measure(SteppedOperator, bpy.types.Operator):
 
     def _keep(self, obj: bpy.types.Object, scene: bpy.types.Scene, results: list) -> str:
         """Keep what was measured on the object, and write the page."""
+        from ....accuracy.calibrate import calibration
         from ....accuracy.page import page
         from ....accuracy.report import machine, write_report
         from ... import measured
-        from ...measuring.scene import current_settings
+        from ...calibration import calibration_file
+        from ...measuring.scene import current_settings, frames_of
 
         if not results:
             return "Nothing was measured"
         made = machine()
         measured.remember(obj, scene, results, made)
+        file = calibration_file()
+        if file is not None:  # the plan weighs costs by this machine's times from now on
+            frames = frames_of(obj, scene, self.samples)
+            calibration(results, frames, f"{made['processor']}, {made['cores']} cores", made["date"]).write(file)
         if not self.folder or (self.folder.startswith("//") and not bpy.data.filepath):
             return "Measured; save the file first to get the page as well" if self.folder else "Measured"
         folder = Path(bpy.path.abspath(self.folder))
