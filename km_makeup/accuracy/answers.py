@@ -23,19 +23,35 @@ def answer(result: Result) -> str:
         return f"No way here keeps 99 % of the errors below {visible:g} {unit}; the nearest, {best.name}, has {best.error.p99:.2f}."
     quick = min(good, key=lambda r: r.times.later)
     text = (
-        f"The fastest way that keeps 99 % of the errors below {visible:g} {unit} is {quick.name} "
-        f"(mean {quick.error.mean:.3f}, {quick.times.later / base:.1f} times the fastest of all)"
+        f"Use {quick.name}: 99 % of its errors are below {_short(quick.error.p99)} {unit} (visible from {visible:g}), and no way that good is "
+        f"faster; it takes {about(quick.times.later / base)} times the fastest of all."
     )
     if best.name == quick.name:
-        return text + "; it is also the most accurate."
-    times = best.times.later / quick.times.later
-    return text + f"; the most accurate, {best.name}, has {best.error.mean:.2g} and takes {times:.1f} times as long."
+        return text + " It is also the most accurate."
+    times = about(best.times.later / quick.times.later)
+    return (
+        text + f" The most accurate, {best.name} (99 %: {_short(best.error.p99)}), takes {times} times as long as that."
+    )
+
+
+def about(ratio: float) -> str:
+    """A ratio of times, with the two digits that it is good for."""
+    return f"{float(f'{ratio:.2g}'):g}"
+
+
+def _short(error: float) -> str:
+    return f"{error:.2f}" if error >= 0.005 else "0.005"
 
 
 def in_short(results: Sequence[Result]) -> list[tuple[str, str]]:
-    """Questions with their answers, those that the ladders measured can answer."""
+    """Questions with their answers; for those whose ladder was not measured, how it is."""
     by_name = {result.ladder.name: result for result in results if result.rungs}
-    found = [(question, text) for name, question, tell in QUESTIONS if name in by_name and (text := tell(by_name))]
+    found = []
+    for name, question, tell in QUESTIONS:
+        missing = "Not measured here: name a head, as in km_makeup accuracy head.blend." if name in OF_A_HEAD else ""
+        text = tell(by_name) if name in by_name else missing
+        if text:
+            found.append((question, text))
     return found
 
 
@@ -59,9 +75,17 @@ def how_many_bands(results: Results) -> str:
     before = (
         f" With {fewer[-1][0]}, 1 % of the colours are off by more than {fewer[-1][1].error.p99:.2f}." if fewer else ""
     )
+    never = next((one for one in counted if one[1].error.max <= result.ladder.visible), None)
+    safe = (
+        f" For no visible error at all take {never[0]} (largest {never[1].error.max:.2f})."
+        if never and never[0] != count
+        else ""
+    )
+    single = _rung(result, f"{most} bands, float32")
+    quick = f", {about(single.times.later / rung.times.later)} in single precision" if single else ""
     return (
-        f"{count}, with fitted weights: 99 % of the errors are below {rung.error.p99:.2f}, the mean is {rung.error.mean:.3f}.{before} "
-        f"All {most} take {last.times.later / rung.times.later:.1f} times as long for a mean of {last.error.mean:.3f}."
+        f"{count}, with fitted weights: 99 % of the errors are below {rung.error.p99:.2f}, the largest is {rung.error.max:.2f}.{safe}{before} "
+        f"All {most} take {about(last.times.later / rung.times.later)} times as long{quick}, for a largest error of {last.error.max:.2f}."
     )
 
 
@@ -72,7 +96,7 @@ def is_baking_worth_it(results: Results) -> str:
         return ""
     text = (
         f"For accuracy hardly: the mean error falls from {live.error.mean:.3f} to {baked.error.mean:.3f}, 99 % from "
-        f"{live.error.p99:.2f} to {baked.error.p99:.2f}, and both are below what is seen."
+        f"{live.error.p99:.2f} to {baked.error.p99:.2f}; 0.5 is where one begins to see it."
     )
     frames = (
         [_rung(results["frame"], name) for name in ("live, a frame", "baked, a frame")] if "frame" in results else []
@@ -129,6 +153,9 @@ def what_does_cycles_buy(results: Results) -> str:
 def _seconds(value: float) -> str:
     return f"{value:.1f} s" if value >= 1 else f"{1e3 * value:.0f} ms"
 
+
+OF_A_HEAD = frozenset({"diffusion", "picture"})
+"""Ladders that are measured with a head."""
 
 QUESTIONS: Sequence[tuple[str, str, Callable[[Results], str]]] = (
     ("colour", "How many bands do I need?", how_many_bands),

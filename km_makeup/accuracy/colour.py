@@ -336,11 +336,14 @@ FALLING = (
     ("live, 4 steps", "live, 8 steps", "live, 16 steps", "live, 64 steps"),
     ("paper, single pass", "RGB(T²) per film", "baked", "81 bands"),
     ("no air interface", "81 bands"),
-    ("81 bands, skin from RGB", "81 bands"),
 )
 """Rungs that theory says are each nearer than the one before."""
 
 NOTES = (
+    '"Paper, single pass" is Huang et al. 2013 as Eq 3 and 4 are printed, in RGB: light crosses a film once and leaves without meeting it '
+    "again, and the air interface is left out, which makes skin far too bright. Their own renderer may have done otherwise.",
+    "Cases: 360 colours of one to four shipped products on mixtures of three measured skins, under three lights. Baked: its time is the bake, "
+    "paid once; the ladder of a frame has what a frame costs.",
     "Without the air interface the error is large: light that would be thrown back at the surface leaves, so everything is too bright; that "
     "has nothing to do with the number of bands.",
     "41 even bands can be further off than 16 fitted ones: fitted weights know what films over skin look like, even ones take the "

@@ -197,11 +197,11 @@ def _measured(work: _Work) -> Measured:
 
 
 def marked(rungs: Sequence[Measured]) -> list[Measured]:
-    """The rungs, those on the Pareto front of mean error and time marked."""
+    """The rungs, those on the Pareto front of the error's 99th percentile and time marked."""
     return [
         replace(r, on_front=not any(
-            (o.error.mean <= r.error.mean and o.times.later < r.times.later)
-            or (o.error.mean < r.error.mean and o.times.later <= r.times.later)
+            (o.error.p99 <= r.error.p99 and o.times.later < r.times.later)
+            or (o.error.p99 < r.error.p99 and o.times.later <= r.times.later)
             for o in rungs
         ))
         for r in rungs

@@ -43,6 +43,18 @@ dl.short dt { font-weight: 600; margin-top: .7rem; } dl.short dd { margin: 0 0 0
 """
 
 
+GLOSSARY = (
+    '<details><summary>What the words and columns mean</summary><p class="soft">Film: a layer of product, of absorption K and scattering S. R, '
+    "T² and R_up: what a stack of films reflects, lets through twice, and reflects from below. Bands: wavelengths computed; fitted ones have "
+    "weights made for films on skin, even ones lie in equal steps. Live: each film a small table in the shader. Baked: the stack as three "
+    "textures. Air interface: the surface through which all light leaves. Skin basis: spectra made from colours as skins have them. Finish: "
+    "roughness and reflectance of a surface; GGX and Kelemen (Huang et al. 2013, Eq 5) are two models of its highlight. D65, A: daylight, "
+    "bulb. <b>mean, 99 %, max</b>: of the error over all cases. <b>time</b>: median of later runs; <b>± %</b>: half the width of their middle "
+    "half; ratios closer than that are no difference. <b>first</b>: the first run, with compiling and loading. <b>prepare</b>: paid once "
+    "(fits, bakes). <b>MB</b>: most memory during a run.</p></details>"
+)
+
+
 def page(results: Sequence[Result], made: dict[str, str], current: Sequence[str] = ()) -> str:
     """The page as one HTML text.
 
@@ -55,10 +67,11 @@ def page(results: Sequence[Result], made: dict[str, str], current: Sequence[str]
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">'
         f"<title>Accuracy and time</title><style>{STYLE}</style></head><body>"
         "<h1>What accuracy costs in time</h1>"
-        '<p class="soft">Every point is a way to compute the same thing. Further down is nearer to the truth, further left is '
+        '<p class="soft">Every point of a plot is a way to compute one thing (powder and mip-mapping: at several sizes). The truth is the '
+        "same physics computed without short cuts, or path traced: not a photograph of skin. Further down is nearer to it, further left is "
         "faster; red points are those that no other beats in both. Times are of this machine: compare their ratios. Differences of "
         "colour are CIEDE2000: below 0.5 nobody sees them, 1 is seen side by side, 3 at a glance.</p>"
-        f"{_in_short(results)}{''.join(parts)}"
+        f"{GLOSSARY}{_in_short(results)}{''.join(parts)}"
         f'<h2>Measured on</h2><p class="soft">{html.escape(facts)}</p></body></html>\n'
     )
 
@@ -77,9 +90,9 @@ def _section(result: Result, current: set[str]) -> str:
     return (
         f'<h2 id="{html.escape(ladder.name)}">{html.escape(ladder.title)}</h2>'
         f'<p class="answer">{html.escape(answer(result))}</p>'
-        f'<figure style="margin:0"><div class="plot">{plot(result, current)}</div><figcaption>Mean error in '
+        f'<figure style="margin:0"><div class="plot">{plot(result, current)}</div><figcaption>99th percentile of the error in '
         f"{html.escape(ladder.unit)} against {html.escape(ladder.reference)}; {time_of(result)} of {html.escape(ladder.run_of)}, as a "
-        f"multiple of the fastest.{_grain(result)}{'' if result.whole else ' Measuring was stopped: times are of fewer runs.'}</figcaption></figure>"
+        f"multiple of the fastest; the dotted line is where an error begins to matter.{_grain(result)}{'' if result.whole else ' Measuring was stopped: times are of fewer runs.'}</figcaption></figure>"
         f"{_table(result, current)}{_notes(result)}{_shots(result)}"
     )
 
@@ -132,13 +145,16 @@ def plot(result: Result, current: set[str]) -> str:
     zp = plotting_library()
     base = fastest(result)
     x = {r.name: r.times.later / base for r in result.rungs}
-    y = {r.name: max(r.error.mean, LEAST) for r in result.rungs}
+    y = {r.name: max(r.error.p99, LEAST) for r in result.rungs}
     graph = zp.GraphLogXY()
     graph.css(
         "Graph.XName {font_size: 12;} Graph.YName {font_size: 12;} Graph.TickX {font_size: 11;} Graph.TickY {font_size: 11;}"
     )
-    graph.axesnames("time, multiple of the fastest", f"mean error, {result.ladder.unit}")
+    graph.axesnames("time, multiple of the fastest", f"99 % of the errors lie below, {result.ladder.unit}")
     graph.xrange(*_span(x.values())).yrange(*_span(y.values()))
+    low, high = _span(x.values())
+    if min(y.values()) < result.ladder.visible < max(y.values()):
+        graph.add(zp.PolyLine([low, high], [result.ladder.visible] * 2).color(CURRENT).strokewidth(1).stroke(":"))
     front = sorted((r for r in result.rungs if r.on_front), key=lambda r: x[r.name])
     if len(front) > 1:
         line = zp.PolyLine([x[r.name] for r in front], [y[r.name] for r in front])

@@ -95,8 +95,8 @@ def test_csv_json_and_table_hold_every_rung(result):
 
 def test_the_page_says_the_answer_and_needs_nothing_from_elsewhere(result):
     text = page.page([result], report.machine(), current=["path LIVE"])
-    assert "99 % of the errors below 0.5 CIEDE2000 is middle" in text
-    assert "the most accurate, fine" in text
+    assert "Use middle: 99 % of its errors are below 0.40 CIEDE2000" in text
+    assert "The most accurate, fine" in text
     assert re.search(r'<tr class="front current"><td>middle', text)
     outside = [u for u in re.findall(r"(?:https?:)?//[\w.]+", text) if "www.w3.org" not in u]
     assert not outside and "<script" not in text and "<link" not in text and "<it>" not in text
@@ -244,7 +244,7 @@ def test_questions_are_answered_from_the_rungs():
     assert found["How many bands do I need?"].startswith("12, with fitted weights")
     assert found["How many Gaussians?"].startswith("3: mean error 0.31 against 1.00 with none and 0.30 with 6")
     assert "from 0.500 to 0.250" in found["Is baking worth it?"]
-    assert "What does Cycles buy me?" not in found
+    assert "name a head" in found["What does Cycles buy me?"]
 
 
 def test_pictures_need_a_head(capsys):
