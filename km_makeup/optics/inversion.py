@@ -221,7 +221,7 @@ def _free_values(
     R_0 = np.where(hidden, 0.5 * (R_1 + R_2), R_0)
     inside = np.clip(R_0, 0, 1)
     T = np.sqrt(contrast * (1 - inside * g_1) * (1 - inside * g_2) / gap)
-    T = np.maximum(np.where(hidden, tolerance, T), np.where(hidden, least, np.finfo(R_1.dtype).tiny))
+    T = np.where(hidden, np.clip(tolerance, least, 0.5), np.maximum(T, np.finfo(R_1.dtype).tiny))
     return R_0, T, 1 - inside - T, tolerance * (g_1 + g_2) / gap
 
 
@@ -241,6 +241,7 @@ def free_film(R: ArrayLike, T: ArrayLike, A: ArrayLike | None = None) -> tuple[A
     R, T = floats(R, T)
     common_shape(R, T)
     R, T, A = floats(R, T, 1 - R - T if A is None else A)
+    common_shape(R, T, A)
     refuse_outside("The reflectance of a film", R, 0, 1, SLACK)
     refuse_outside("The transmittance of a film", T, float(np.finfo(T.dtype).tiny), 1)
     refuse_outside("The absorptance 1 - R - T of a film", A, 0, 1, SLACK)

@@ -46,6 +46,11 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
         r"max\(freedom, ",
         "Equivalent: a prior needs three wavelengths, so the freedom is 3 or more.",
     ),
+    (
+        "fitting.x__prepare",
+        r"weight = np\.where\(bad, 1,",
+        "Not found: what is no reading then weighs 1 beside a million of each reading at noise 0.001; noise near 1 would show it.",
+    ),
     ("fitting.x__prepare", r"R_g\[1\]|X\[1\]", "Equivalent: all are alike where all are like any one of them."),
     (
         "fitting.x__minimise",

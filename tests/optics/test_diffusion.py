@@ -16,6 +16,7 @@ from km_makeup.optics import (
     reduced,
     widened,
 )
+from km_makeup.optics.diffusion import diffuse_distance
 
 R = np.geomspace(1e-3, 60, 4000)
 RGB = np.array([1.0, 0.4, 0.2])
@@ -206,3 +207,19 @@ def test_what_is_no_profile_is_refused(variances: list, weights: list, message: 
 def test_what_cannot_be_fitted_or_widened_is_refused(call, message: str) -> None:
     with pytest.raises(MakeupError, match=message):
         call()
+
+
+def test_the_distance_of_diffuse_light_is_the_published_fit() -> None:
+    """Christensen and Burley 2015, Eq 6, by hand at three albedos; larger the brighter the medium."""
+    albedo = np.array([0.0, 0.8, 1.0])
+    np.testing.assert_allclose(diffuse_distance(albedo, 2.0), 2 / np.array([4.14, 1.1, 1.04]), rtol=1e-14)
+    assert diffuse_distance(1 + 1e-7, 1.0) == pytest.approx(1 / 1.04, rel=1e-5, abs=0)
+    for values, said in (((1.5, 1.0), "The albedo of a medium"), ((0.5, -1.0), "The mean free path in mm")):
+        with pytest.raises(MakeupError, match=f"^{said} must be a number from "):
+            diffuse_distance(*values)
+    with pytest.raises(MakeupError, match="do not go together"):
+        diffuse_distance(np.full(2, 0.5), np.full(3, 1.0))
+
+
+def test_a_reduced_profile_has_no_more_gaussians_than_asked() -> None:
+    assert [reduced(SKIN, count).variances.size for count in (1, 2)] == [1, 2]

@@ -383,3 +383,12 @@ def test_sensitivities_hold_where_the_film_vanishes() -> None:
         ours = over_sensitivity(np.sqrt(y), 1e-300, 0.5)
         k = np.sqrt(y)
         assert ours.k == pytest.approx(-2 * k * 0.5 * np.exp(-2 * k), rel=1e-10, abs=0)
+
+
+@pytest.mark.parametrize("noise", [0.2, 0.4, 1.0])
+def test_however_large_the_noise_an_opaque_film_is_some_film(noise: float) -> None:
+    for found in (invert(0.5, 0.45, 0.1, 0.1, noise=noise), invert_backings(0.45, 0.1, 0.5, 0.9, 0.1, noise=noise)):
+        assert found.status == Status.OPAQUE or found.status == Status.NO_FILM
+        assert (found.K > 0 and found.S > 0) or found.status == Status.NO_FILM
+    hides = invert(0.5, 0.45, 0.1, 0.1, noise=noise)
+    assert (hides.status, hides.S / hides.K) == (Status.OPAQUE, pytest.approx(4, rel=1e-12, abs=0))

@@ -35,6 +35,7 @@ SEVERAL: dict[str, tuple[Callable, tuple[float, ...]]] = {
     "invert": (optics.invert, (0.5, 0.3, 0.1, 0.1)),
     "invert_backings": (optics.invert_backings, (0.3, 0.1, 0.7, 0.9, 0.1)),
     "free_film of two": (optics.free_film, (0.3, 0.3)),
+    "free_film": (optics.free_film, (0.3, 0.3, 0.4)),
     "schlick": (optics.schlick, (0.04, 0.5)),
     "kelemen": (
         lambda N, L, V, m, f: optics.kelemen(tall(N), tall(L), tall(V), m, f),
@@ -173,3 +174,10 @@ def test_what_is_far_beyond_any_profile_gives_no_light_and_no_warning() -> None:
         np.testing.assert_array_equal(optics.SKIN.spectrum([1e200, np.inf, -1e200]), 0)
         np.testing.assert_array_equal(optics.SKIN([1e200, np.inf]), 0)
         np.testing.assert_allclose(optics.SKIN.within([1e200, np.inf]), 1, rtol=1e-12)
+
+
+def test_a_direction_of_no_length_is_taken_and_has_no_highlight() -> None:
+    """What a pixel without a surface has."""
+    none = [0.0, 0.0, 0.0]
+    assert optics.kelemen(UP, none, UP, 0.3, 0.04) == 0
+    assert optics.kelemen(UP, UP, none, 0.3, 0.04) == 0
