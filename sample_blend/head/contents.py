@@ -12,7 +12,7 @@ LEFT_OUT = {
     # of the run and not of the contents: addresses, paths, counts, what is derived
     "rna_type", "session_uid", "users", "id_data", "filepath", "filepath_raw", "bindcode", "is_dirty", "tag", "preview",
     "library", "original", "is_evaluated", "warning", "execution_time", "name_full", "location_absolute", "dimensions",
-    "use_nodes",
+    "use_nodes", "pixels",
 }  # fmt: skip
 
 
