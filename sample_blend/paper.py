@@ -30,6 +30,7 @@ COMBINATIONS = (  # foundation, lipstick, blush; as the paper's Figure 9 varies 
     ("foundation-medium", "lipstick-plum", None),
 )
 FOUNDATION_UM, BLUSH_UM, LIPSTICK_UM = 20.0, 7.0, 16.0
+THIN_UM = 6.0  # of Figure 3: by the paper's rule a thicker foundation leaves nothing of the skin's highlight
 SHEET_MAPS = {  # kind of product: map, thickness (um)
     "foundation": ("foundation", 20.0),
     "concealer": ("concealer", 15.0),
@@ -78,19 +79,14 @@ def spectra(stage: Stage) -> list[Path]:
 
 
 def highlights(stage: Stage) -> Path:
-    """Figure 3: the same foundation with the skin's highlight only, with its own only, with both.
-
-    Skin's only: the films' finish is left out. Foundation's only: the skin's highlight is taken away.
-    """
+    """Figure 3: the skin's highlight only, the foundation's only, both, by the paper's rule of what a film leaves of it."""
+    head = open_sample()
+    layer = Layer("foundation-light", THIN_UM, str(MAPS / "foundation.png"), "R", 1.0)
+    looks.apply_look(head, Look("Figure 3", (layer,)))
+    head.km_makeup.highlight_rule = "PAPER"
     pictures = []
-    layer = Layer("foundation-light", FOUNDATION_UM, str(MAPS / "foundation.png"), "R", 1.0)
-    for caption, finish, skin in (("skin", "OFF", True), ("foundation", "ON", False), ("both", "ON", True)):
-        head = open_sample()
-        if not skin:
-            shader = head.material_slots[0].material.node_tree.nodes["Principled BSDF"]
-            shader.inputs["Specular IOR Level"].default_value = 0.0
-        looks.apply_look(head, Look("Figure 3", (layer,)))
-        head.km_makeup.finish = finish
+    for caption, shown in (("skin", "SKIN"), ("foundation", "FILMS"), ("both", "ALL")):
+        head.km_makeup.highlight_shown = shown
         pictures.append((f"highlight of {caption}", stage.picture(f"figure-3-{caption}", "close-up")))
     return sheets.contact_sheet(pictures, stage.out / "figure-3.png", columns=3)
 
