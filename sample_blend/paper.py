@@ -137,7 +137,7 @@ def combination(products: tuple[str | None, ...], rgb_map: Path) -> Look:
     if blush:
         layers.append(Layer(blush, BLUSH_UM, str(rgb_map), "G", 0.6))
     layers.append(Layer(lipstick, LIPSTICK_UM, str(rgb_map), "B", 0.95))
-    return Look(" + ".join(p for p in products if p), tuple(layers))
+    return Look(" + ".join(p.partition("-")[2] for p in products if p), tuple(layers))
 
 
 def faces(stage: Stage) -> list[Path]:
