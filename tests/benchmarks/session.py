@@ -55,12 +55,14 @@ def enable(_: argparse.Namespace) -> dict[str, float]:
     head = scenes.head()
     head.data.materials.append(scenes.skin())
     from km_makeup.blender import images, makeup
+    from km_makeup.blender.update import paused
 
     painted = images.image_from_map("lips", scenes.spots(512))
     makeup.set_up(head)
     start, cpu = time.perf_counter(), time.process_time()
-    layer = head.km_makeup.layers.add()
-    layer.map, layer.product, layer.thickness_um = painted, "lipstick-berry", 15
+    with paused():
+        layer = head.km_makeup.layers.add()
+        layer.map, layer.product, layer.thickness_um = painted, "lipstick-berry", 15
     makeup.refresh(head)
     seconds = {"first colour": time.perf_counter() - start, "first colour, processor": time.process_time() - cpu}
     return found | seconds
