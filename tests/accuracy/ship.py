@@ -28,6 +28,8 @@ SHOWN: dict[str, tuple[str, ...]] = {
         "alpha blend", "RGB Kubelka-Munk", "paper, single pass", "3 fitted bands", "8 fitted bands", "12 fitted bands", "16 fitted bands",
         "live", "baked", "81 bands, float32", "81 bands",
     ),
+    "skin": (),
+    "light": (),
     "diffusion": (),
     "picture": (),
     "frame": (),
