@@ -6,9 +6,13 @@ import numpy as np
 import pytest
 
 from tests.live_colours import edges, stacks
-from tests.live_colours.__main__ import difference
+from tests.live_colours.__main__ import MEAN, P99, difference
 
 pytestmark = pytest.mark.usefixtures("shared_data")
+
+
+WORST_PART = 0.025
+"""Largest error of a film's or a skin's part on any texel; the bound of .01 is passed on one in a hundred (live_colours.md)."""
 
 
 @pytest.fixture(scope="module")
@@ -21,7 +25,8 @@ def test_random_stacks_render_as_81_bands_say(engine, chosen, clean_scene, tmp_p
     from tests.live_colours import tiles
 
     found = difference(tiles.measured(chosen, [engine], tmp_path)[engine], chosen)
-    assert found.faults() == []
+    assert found.colour.mean() <= MEAN and np.quantile(found.colour, 0.99) <= P99
+    assert max(found.film.max(), found.skin.max()) <= WORST_PART
 
 
 def test_a_film_of_another_thickness_is_a_fault(chosen):
