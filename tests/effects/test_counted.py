@@ -22,6 +22,10 @@ def test_a_scene_gets_what_it_calls_for(scene, tmp_path):
 
 
 def test_without_makeup_colour_science_is_not_imported(tmp_path):
+    import bpy
+
+    if bpy.app.binary_path:
+        pytest.skip("NOT TESTED here: a fresh Python, which needs the bpy module")
     code = (
         "import sys; from tests.effects.cases import own_resources; own_resources(); import bpy\n"
         "from pathlib import Path; from tests.effects import counted\n"
