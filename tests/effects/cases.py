@@ -188,13 +188,13 @@ class Stage:
         """The picture, linear RGBA."""
         import bpy
 
-        from km_makeup.blender.reference import _rendered
+        from km_makeup.blender.reference import rendered
 
         scene = bpy.context.scene
         scene.cycles.seed = seed
         scene.frame_set(1 + seed)
         bpy.ops.render.render()
-        return _rendered(scene)
+        return rendered(scene)
 
 
 def difference(one: NDArray, other: NDArray, white: NDArray) -> float:
