@@ -19,7 +19,7 @@ TEXELS_A_PIXEL = 2.0
 STEPS, LEAST = (2, 4, 8), 64
 """By what textures may be smaller than the maps, and texels that they have at least."""
 
-AVERAGED = 0.005
+AVERAGED = 0.02
 """Part of the detail of a box of texels that is seen in a pixel that holds two by two of such boxes or more: textures are averaged
 as mip-maps are, so little but their filter differs."""
 

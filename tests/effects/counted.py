@@ -208,7 +208,7 @@ SCENES = (
     Scene("nothing near black", lambda _: _wear(_stage(), (BASE, 2, ALL)), lambda a, b: a.nodes < b.nodes),
     Scene("diffusion, near", lambda _: _diffused(_far(0.35, (BASE, 10, ALL), scattering="SCREEN")),
           lambda a, b: a.compositor and b.compositor and a.passes == b.passes == 5),
-    Scene("diffusion, head 3 pixels", lambda _: _diffused(_far(8.0, (BASE, 10, ALL), scattering="SCREEN")),
+    Scene("diffusion, head 40 pixels", lambda _: _diffused(_far(0.67, (BASE, 10, ALL), scattering="SCREEN")),
           lambda a, b: not a.compositor and a.passes == 0 and b.compositor),
     Scene("diffusion, no films, head 3 pixels", lambda _: _diffused(_far(8.0, scattering="SCREEN")),
           lambda a, b: a.nodes == a.passes == 0 < b.passes),

@@ -7,7 +7,10 @@ import math
 import bpy
 from mathutils import Vector
 
-LEAST, MOST = 4.0, 128.0
+UNKNOWN = 4.0
+"""Pixels per mm that the group is made for where no camera or no head tells."""
+
+LEAST, MOST = 0.0625, 128.0
 """Pixels per mm that the group is made for, at least and at most."""
 
 
@@ -68,7 +71,7 @@ def finest_scale(scene: bpy.types.Scene) -> float:
     """Pixels per mm on the skin nearest to any of the cameras, rounded up to a power of two, LEAST..MOST."""
     heads = heads_of(scene)
     scales = [pixels_per_mm(scene, camera, head) for camera in cameras_of(scene) for head in heads]
-    highest = max(scales, default=LEAST)
+    highest = max(scales, default=UNKNOWN)
     return 2.0 ** math.ceil(math.log2(min(max(highest, LEAST), MOST)))
 
 
