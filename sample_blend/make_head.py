@@ -88,24 +88,23 @@ def make(arguments: argparse.Namespace) -> None:
 def check(arguments: argparse.Namespace) -> int:
     """Make everything in a temporary folder; the exit code tells whether head.blend and the maps hold the same."""
     import bpy
-    from head.contents import contents, differences
+    from head.contents import contents, differences, pictures, unlike
     from PIL import Image, ImageChops
 
     with tempfile.TemporaryDirectory() as folder:
         arguments.out = Path(folder)
         make(arguments)
         bpy.ops.wm.open_mainfile(filepath=str(arguments.out / "head.blend"))
-        made = contents()
+        made, painted = contents(), pictures()
         bpy.ops.wm.open_mainfile(filepath=str(HERE / "head.blend"))
-        stored = contents()
-        different = differences(made, stored)
+        different = differences(made, contents()) + unlike(painted, pictures())
         for path in sorted((arguments.out / "looks").rglob("*.png")):
             other = HERE / path.relative_to(arguments.out)
             if not other.exists() or ImageChops.difference(Image.open(other), Image.open(path)).getbbox():
                 different.append(str(path.relative_to(arguments.out)))
     size = (HERE / "head.blend").stat().st_size / 1e6
     print(
-        f"{len(made)} data-blocks, {len(different)} differ: {', '.join(different) or 'none'}; {size:.1f} MB committed"
+        f"{len(made) + len(painted)} data-blocks, {len(different)} differ: {', '.join(different) or 'none'}; {size:.1f} MB committed"
     )
     return int(bool(different))
 

@@ -7,26 +7,33 @@ import hashlib
 import bpy
 import numpy as np
 
-KINDS = ("objects", "meshes", "materials", "images", "lights", "cameras", "worlds", "collections")
+KINDS = ("objects", "meshes", "materials", "lights", "cameras", "worlds", "collections")
 LEFT_OUT = {
     # of the run and not of the contents: addresses, paths, counts, what is derived
     "rna_type", "session_uid", "users", "id_data", "filepath", "filepath_raw", "bindcode", "is_dirty", "tag", "preview",
     "library", "original", "is_evaluated", "warning", "execution_time", "name_full", "location_absolute", "dimensions",
-    "use_nodes", "pixels",
+    "use_nodes",
 }  # fmt: skip
 
 
-def contents(pictures: bool = True) -> dict[str, str]:
-    """A digest for every data-block of the open file, by kind and name; images only with ``pictures``."""
+def contents() -> dict[str, str]:
+    """A digest for every data-block of the open file but its pictures, by kind and name."""
     bpy.context.view_layer.update()  # world matrices, which a file just read has
+    return {
+        f"{kind}/{item.name}": hashlib.sha256(_text(item).encode()).hexdigest()[:16]
+        for kind in KINDS
+        for item in getattr(bpy.data, kind)
+    }
+
+
+def pictures() -> dict[str, np.ndarray]:
+    """The pictures of the open file, as bytes by name."""
     found = {}
-    for kind in KINDS:
-        if kind == "images" and not pictures:
-            continue
-        for item in getattr(bpy.data, kind):
-            if item.name == "Render Result":
-                continue
-            found[f"{kind}/{item.name}"] = hashlib.sha256(_text(item).encode()).hexdigest()[:16]
+    for image in bpy.data.images:
+        if image.source == "FILE":
+            flat = np.empty(len(image.pixels), np.float32)
+            image.pixels.foreach_get(flat)
+            found[f"images/{image.name}"] = np.round(flat * 255).astype(np.uint8)
     return found
 
 
@@ -35,15 +42,18 @@ def differences(one: dict[str, str], other: dict[str, str]) -> list[str]:
     return sorted(name for name in one.keys() | other.keys() if one.get(name) != other.get(name))
 
 
+def unlike(one: dict[str, np.ndarray], other: dict[str, np.ndarray]) -> list[str]:
+    """Pictures that differ by more than a level, which rounding on another machine may, or are in one only."""
+    both = sorted(name for name in one.keys() & other.keys() if one[name].shape == other[name].shape)
+    same = [name for name in both if np.abs(one[name].astype(int) - other[name]).max() <= 1]
+    return sorted((one.keys() | other.keys()) - set(same))
+
+
 def _text(item: bpy.types.ID) -> str:
     lines = _properties(item)
     if isinstance(item, bpy.types.Mesh):
         lines += [_array(item.vertices, "co", 3), _array(item.loops, "vertex_index", 1, np.int32)]
         lines += [_array(layer.data, "uv", 2) for layer in item.uv_layers]
-    if isinstance(item, bpy.types.Image):
-        flat = np.empty(len(item.pixels), np.float32)
-        item.pixels.foreach_get(flat)
-        lines.append(hashlib.sha256(np.round(flat * 255).astype(np.uint8).tobytes()).hexdigest())
     if isinstance(item, bpy.types.Object):
         for modifier in item.modifiers:
             lines += _properties(modifier)
@@ -98,4 +108,4 @@ def _array(items, name: str, width: int, kind: type = np.float32) -> str:
     return hashlib.sha256(flat.tobytes()).hexdigest()
 
 
-__all__ = ["contents", "differences"]
+__all__ = ["contents", "differences", "pictures", "unlike"]

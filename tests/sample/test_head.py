@@ -201,7 +201,7 @@ def test_the_committed_blend_holds_the_objects_materials_and_lights_that_the_scr
     from head import contents, scene
 
     blend.ops.wm.open_mainfile(filepath=str(SAMPLE / "head.blend"))
-    stored = contents.contents(pictures=False)
+    stored = contents.contents()
     blend.ops.wm.read_factory_settings(use_empty=True)
     dot = np.zeros((4, 4, 3), np.uint8)
     scene.head(
@@ -214,7 +214,7 @@ def test_the_committed_blend_holds_the_objects_materials_and_lights_that_the_scr
     scene.lights()
     scene.cameras()
     scene.settings()
-    made = contents.contents(pictures=False)
+    made = contents.contents()
     assert len(made) > 50
     assert contents.differences(made, stored) == []
     blend.data.lights["Key"].energy *= 1.01
@@ -222,7 +222,7 @@ def test_the_committed_blend_holds_the_objects_materials_and_lights_that_the_scr
     blend.data.materials["Skin"].node_tree.nodes["Principled BSDF"].inputs["Roughness"].default_value = 0.4
     blend.data.meshes["Brows"].vertices[7].co.x += 1e-4
     changed = ["lights/Key", "materials/Skin", "meshes/Brows", "objects/Cornea.L"]
-    assert contents.differences(contents.contents(pictures=False), made) == changed
+    assert contents.differences(contents.contents(), made) == changed
     blend.ops.wm.open_mainfile(filepath=str(SAMPLE / "head.blend"))
 
 
