@@ -208,7 +208,7 @@ SCENES = (
     Scene("nothing near black", lambda _: _wear(_stage(), (BASE, 2, ALL)), lambda a, b: a.nodes < b.nodes),
     Scene("diffusion, near", lambda _: _diffused(_far(0.35, (BASE, 10, ALL), scattering="SCREEN")),
           lambda a, b: a.compositor and b.compositor and a.passes == b.passes == 5),
-    Scene("diffusion, head 40 pixels", lambda _: _diffused(_far(0.67, (BASE, 10, ALL), scattering="SCREEN")),
+    Scene("diffusion, head 3 pixels", lambda _: _diffused(_far(8.0, (BASE, 10, ALL), scattering="SCREEN")),
           lambda a, b: not a.compositor and a.passes == 0 and b.compositor),
     Scene("diffusion, no films, head 3 pixels", lambda _: _diffused(_far(8.0, scattering="SCREEN")),
           lambda a, b: a.nodes == a.passes == 0 < b.passes),
@@ -218,7 +218,7 @@ SCENES = (
     Scene("lamp by lamp, one faint", _faint_lamp, lambda a, b: a.nodes < b.nodes),
     Scene("baked, skin of one colour", lambda f: _wear(_stage(), *BOTH, folder=str(f)),
           lambda a, b: a.textures < b.textures and a.megabytes < b.megabytes, baked=True),
-    Scene("baked, head 10 pixels", lambda f: _wear(_stage(2.5), *BOTH, folder=str(f)),
+    Scene("baked, head 10 pixels", lambda f: _wear(_stage(2.5), (BASE, 10, ALL), (RED, 15, ALL), folder=str(f)),
           lambda a, b: a.megabytes < b.megabytes / 2, baked=True),
     Scene("keyed thickness", _keyed, lambda a, b: a.films == 1 and a.textures == 1),
 )  # fmt: skip
