@@ -84,7 +84,7 @@ class Ladder:
     falling: tuple[tuple[str, ...], ...] = ()
     notes: tuple[str, ...] = ()
     clock: Callable[[], float] = time.process_time
-    least_s: float = 0.03
+    least_s: float = 0.1
     answer: Callable[[Result], str] | None = None
 
 

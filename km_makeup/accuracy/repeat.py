@@ -12,6 +12,10 @@ TOLERANCE = 0.15
 """How far two ratios of times may lie apart."""
 
 
+ALIKE = 0.05
+"""Rungs whose times are no further apart than this have no order."""
+
+
 @dataclass(frozen=True)
 class Agreement:
     """Two measurements of a ladder: rungs whose ranks differ though their times are told apart, and the worst ratio of ratios."""
@@ -35,16 +39,15 @@ def agreement(first: Result, second: Result) -> Agreement:
     """Compare two measurements of one ladder.
 
     Ratios are to the geometric mean of all rungs, so that no single rung carries the others. Rungs are out of order where
-    one measurement puts them more than TOLERANCE apart and the other turns them round.
+    both measurements tell them apart (ALIKE), and by opposite signs.
     """
     a, b = _relative(first), _relative(second)
     ratios = {name: max(a[name] / b[name], b[name] / a[name]) for name in a}
     worst = max(ratios, key=lambda name: ratios[name])
-    apart = 1 + TOLERANCE
     turned = [
         f"{x} and {y}"
         for x, y in combinations(a, 2)
-        if (a[x] - a[y]) * (b[x] - b[y]) < 0 and max(a[x] / a[y], a[y] / a[x], b[x] / b[y], b[y] / b[x]) > apart
+        if (a[x] - a[y]) * (b[x] - b[y]) < 0 and min(max(t[x] / t[y], t[y] / t[x]) for t in (a, b)) > 1 + ALIKE
     ]
     return Agreement(first.ladder.title, tuple(turned), ratios[worst], worst)
 
