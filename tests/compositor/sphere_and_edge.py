@@ -45,7 +45,8 @@ def main() -> int:
     if options.write:
         from tests import stamps
 
-        command = "python -m tests.compositor.sphere_and_edge --write"
+        settings = f"--scales {options.scales} --samples {options.samples}"
+        command = f"python -m tests.compositor.sphere_and_edge {settings} --write"
         stamps.write_markdown("diffusion_sphere_edge.md", "Diffusion: ball and shadow edge", command, COVERS, text)
     return 0
 
