@@ -249,7 +249,8 @@ def _interrupted() -> Iterator[Callable[[], bool]]:
     try:
         yield lambda: bool(pressed)
     finally:
-        signal.signal(signal.SIGINT, before)
+        # None: a handler of Blender's own, in C, which Python cannot put back; Ctrl-C then ends a Blender without a window.
+        signal.signal(signal.SIGINT, signal.SIG_DFL if before is None else before)
 
 
 class _Progress:

@@ -85,7 +85,8 @@ def _run(corners: NDArray, y: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDA
     """First and last texel of each triangle (n, 3, 2) in a row (n,); the last before the first where there are none."""
     left, right = np.full(len(y), -np.inf), np.full(len(y), np.inf)
     first, second, third = corners[:, 0], corners[:, 1], corners[:, 2]
-    turn = np.sign(np.cross(second - first, third - first))
+    (ax, ay), (bx, by) = (second - first).T, (third - first).T
+    turn = np.sign(ax * by - ay * bx)
     for a, b in ((first, second), (second, third), (third, first)):
         # The inner side of an edge is dx (y - a.y) - dy (x - a.x) >= 0, for triangles that turn left.
         dx, dy = turn * (b[:, 0] - a[:, 0]), turn * (b[:, 1] - a[:, 1])
