@@ -45,6 +45,7 @@ class FreshBlender:
             else [sys.executable, file]
         )
         environment = os.environ | {"BLENDER_USER_RESOURCES": str(self.user_folder)}
+        environment.pop("PYTHONDONTWRITEBYTECODE", None)  # Blender keeps compiled code beside an add-on's, so must this
         done = subprocess.run(
             [*command, *arguments], env=environment, capture_output=True, text=True, stdin=subprocess.DEVNULL
         )
