@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Generator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import bpy
@@ -32,7 +32,11 @@ TEXTURES = ("R", "T2", "R_up", "albedo", "finish")
 
 @dataclass(frozen=True)
 class BakeReport:
-    """What a bake made: files by texture name, texels covered of all, and distinct combinations among them."""
+    """What a bake made: files by texture name, texels covered of all, and distinct combinations among them.
+
+    `files` are the textures at the resolution of the bake; `planned` the smaller or fewer ones that the head shows, where
+    the plan finds that they look the same.
+    """
 
     files: dict[str, Path]
     texels: int
@@ -41,6 +45,7 @@ class BakeReport:
     bands: int
     error: float
     out_of_gamut: int = 0
+    planned: dict[str, Path] = field(default_factory=dict)
 
     def __str__(self) -> str:
         how = f"{self.distinct} distinct thickness combinations" if self.distinct else "each of them"
@@ -84,8 +89,8 @@ def bake_steps(obj: bpy.types.Object, scene: bpy.types.Scene) -> Generator[tuple
     files = _files(obj, request, folder)
     metadata = _metadata(obj, plan, request)
     count = yield from baking_to_files(_top_first(request), files, metadata)
-    files = reduced(files, plan, request.reference, request.half, metadata)
-    _use(obj, files)
+    shown = reduced(files, plan, request.reference, request.half, metadata)
+    _use(obj, shown)
     refresh(obj, scene)
     return BakeReport(
         files,
@@ -95,6 +100,7 @@ def bake_steps(obj: bpy.types.Object, scene: bpy.types.Scene) -> Generator[tuple
         count.bands,
         count.error,
         count.out_of_gamut,
+        {} if shown is files else shown,
     )
 
 

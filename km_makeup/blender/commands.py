@@ -141,7 +141,8 @@ def run_bake(job: BakeJob) -> tuple[dict[str, Path], float]:
     _ask_effects(obj, job.effects)
     start = time.perf_counter()
     report = _bake_into(obj, folder, job.finished, job.resolution, job.full_float)
-    return (report.files if report else {}), time.perf_counter() - start
+    files = report.files | {f"{name} planned": path for name, path in report.planned.items()} if report else {}
+    return files, time.perf_counter() - start
 
 
 def run_export(job: ExportJob) -> list[Path]:

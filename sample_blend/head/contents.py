@@ -78,7 +78,7 @@ def _properties(item) -> list[str]:
     lines = []
     for prop in item.bl_rna.properties:
         name = prop.identifier
-        if name in LEFT_OUT or prop.type == "COLLECTION":
+        if name in LEFT_OUT or prop.type == "COLLECTION" or prop.is_runtime:  # what extensions add is theirs
             continue
         lines.append(f"{name}={_value(getattr(item, name))}")
     return lines

@@ -68,6 +68,8 @@ def test_a_diffuse_mean_free_path_is_longer_the_darker_the_skin() -> None:
     ]
     assert factor == sorted(factor, reverse=True)
     assert factor[0] == pytest.approx(3**0.5, abs=0.02)
+    old = burley_distances(np.ones(1), np.full(1, 0.5), "RANDOM_WALK_LEGACY")  # what 5.2 calls it in a file of 5.0
+    assert old == burley_distances(np.ones(1), np.full(1, 0.5), "RANDOM_WALK")
     with pytest.raises(MakeupError, match="CUBIC"):
         burley_distances(np.ones(1), np.full(1, 0.5), "CUBIC")
 

@@ -28,6 +28,8 @@ def made_up_file(folder: Path) -> tuple[Path, dict, np.ndarray]:
     obj.data.materials.append(scenes.skin(textured=True))
     bpy.data.images["Skin Albedo"].pack()
     scenes.studio()
+    render = bpy.context.scene.render  # the plan is for the engine and the size of the picture that is rendered below
+    render.engine, render.resolution_x, render.resolution_y, render.resolution_percentage = "CYCLES", 24, 24, 100
     makeup.set_up(obj)
     with paused():
         for number, product in enumerate(("foundation-light", "blush-rose", "lipstick-classic-red")):
@@ -41,11 +43,12 @@ def made_up_file(folder: Path) -> tuple[Path, dict, np.ndarray]:
     return blend, state(), picture
 
 
-def test_a_file_made_up_here_opens_in_the_program(clean_scene, tmp_path):
+def test_a_file_made_up_here_opens_in_the_program(clean_scene, tmp_path, monkeypatch):
     try:
         blender = installed.program()
     except installed.NoBlenderError as error:
         pytest.skip(f"NOT TESTED here: opening a file in the program Blender; {error}")
+    monkeypatch.undo()  # tests see every effect; the program plans, and so must this
     blend, here, picture = made_up_file(tmp_path)
     user = installed.install(blender, tmp_path)
     done = subprocess.run(

@@ -105,7 +105,7 @@ def test_what_fails_is_named_and_the_rest_is_made(folder, lookbook):
     assert code == 2 and "write it like 2/8" in err
 
 
-def test_a_farm_runs_the_chunks_and_then_the_sheets(folder, lookbook):
+def test_a_farm_runs_the_chunks_and_then_the_sheets(folder, lookbook, monkeypatch):
     """The Open Job Description by the reference program; two chunks, each in a process of its own."""
     if "bpy" not in getattr(sys.modules["bpy"], "__file__", ""):
         pytest.skip("runs in the bpy module")
@@ -135,6 +135,7 @@ def test_a_farm_runs_the_chunks_and_then_the_sheets(folder, lookbook):
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(CHECKOUT), os.environ.get("PYTHONPATH", "")])}
     ran = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
     assert ran.returncode == 0, ran.stdout[-3000:] + ran.stderr[-2000:]
+    monkeypatch.undo()  # tests see every effect; the processes of the farm plan, and so must this
     lookbook()
     for name in ("sheet_front.png", "sheet_close-up.png"):
         assert np.abs(pixels(folder / "farm" / name).astype(int) - pixels(folder / "out" / name)).max() <= 1

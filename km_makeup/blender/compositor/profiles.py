@@ -172,7 +172,7 @@ def burley_distances(radius: NDArray, albedo: NDArray, method: str, ior: float =
     A = np.clip(albedo, 1e-3, 1 - 1e-3)
     if method in ("BURLEY", "RANDOM_WALK_SKIN"):
         path = radius / (4 * np.pi)
-    elif method == "RANDOM_WALK":
+    elif method in ("RANDOM_WALK", "RANDOM_WALK_LEGACY"):  # what a file of 5.0 has is called legacy from 5.2 on
         path = radius * np.sqrt(3 * (1 - _reduced_albedo(A, ior)))
     else:
         raise MakeupError(f"The subsurface method {method!r} is not known; use Burley or one of the random walks.")
