@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+
+def only(old: str, new: str) -> str:
+    """The pattern of a change of this alone, the rest of the line being as it was."""
+    return rf"^(?P<before>.*){old}(?P<after>.*) => (?P=before){new}(?P=after)$"
+
+
 EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
-    ("", r"axis=\+1", "Equivalent: of two axes the last is the second."),
+    ("", only("axis=-1", r"axis=\+1"), "Equivalent: of two axes the last is the second."),
     (
         "powder.x__coarse",
         r"common_shape\(\*fields, \*shares\)",
@@ -32,10 +38,14 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
     ),
     (
         "microfacets.x_kelemen_albedo",
-        r"np\.clip\(cos_view, (None|0), (1|2|None)\)",
+        only(r"np\.clip\(cos_view, 0, 1\)", r"np\.clip\(cos_view, (?:None, 1|0, 2|0, None)\)"),
         "Equivalent in effect: what is outside by more than the slack of 1e-5 is refused before.",
     ),
-    ("microfacets.x_kelemen_albedo", r"_ALBEDOS", "Equivalent: only how many directions are worked at a time."),
+    (
+        "microfacets.x_kelemen_albedo",
+        r"_ALBEDOS.* => .*(slice\(|albedo\.size, \))",
+        "Equivalent: only how many directions are worked at a time.",
+    ),
     (
         "microfacets.x_kelemen",
         r"common_shape.*\[\.\.\., 1\]",
@@ -43,31 +53,141 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
     ),
     (
         "fitting.x__scaled_to_noise",
-        r"max\(freedom, ",
+        only(r"max\(freedom, 1\)", r"max\(freedom, 2\)"),
         "Equivalent: a prior needs three wavelengths, so the freedom is 3 or more.",
-    ),
-    (
-        "fitting.x__prepare",
-        r"weight = np\.where\(bad, 1,",
-        "Not found: what is no reading then weighs 1 beside a million of each reading at noise 0.001; noise near 1 would show it.",
     ),
     ("fitting.x__prepare", r"R_g\[1\]|X\[1\]", "Equivalent: all are alike where all are like any one of them."),
     (
         "fitting.x__minimise",
-        r"damping|_DAMPING|/ 8|\* 4|_ROUNDS|rounds|settled|moved|break|better|longest|1\.7|0\.6",
-        "The way of the descent, not its end: the minimum found is the same.",
+        r"settled = None|np\.abs\(cost \+ new|np\.all\(None\)|np\.where\(better, None, damping >=|damping > _GREATEST",
+        "Equivalent: the descent does not count as settled then, so that it takes all of its rounds.",
+    ),
+    (
+        "fitting.x__minimise__",
+        r"^(settled|moved) = ",
+        "When the descent stops, not where: the rounds before have brought it there to the last digits.",
+    ),
+    (
+        "fitting.x__minimise",
+        r"^damping = ",
+        "The way of the descent, not its end: how fast the damping rises or falls, or how far.",
+    ),
+    (
+        "fitting.x__minimise__",
+        r"^longest = ",
+        "The way of the descent, not its end: where a long step is cut, or how.",
+    ),
+    (
+        "fitting.x__minimise_smooth",
+        r"^step /= .* => step \*= ",
+        "The way of the descent, not its end: a long step, here made longer, is refused and damped where the fit gets worse.",
+    ),
+    (
+        "fitting.x__minimise_smooth",
+        only(r", low, high\)", r", (?:None, high|low, None)\)"),
+        "Equivalent in effect: `_judge` holds K and S to the limits again, which are far from all that readings can tell.",
+    ),
+    (
+        "fitting.x__thinnest_hiding",
+        only(r"np\.isinf\(X\), 1, X", r"np\.isinf\(X\), 2, X"),
+        "A convention: films that all are opaque, of no known thickness, tell the ratio of K and S alone.",
+    ),
+    (
+        "fitting.x__minimise_smooth",
+        r"^step /= ",
+        "The way of the descent, not its end: where a long step is cut; with axis=None that of all spectra by the longest of all.",
+    ),
+    (
+        "fitting.x__minimise_smooth",
+        r"np\.sum\(bend\*\*2, (axis=None)?\)|reshape\(-1, \)|sum\(axis=None\)",
+        "The way of the descent, not its end: the cost only tells whether a step is taken; here that of one spectrum has a part "
+        "of the others', and the step that makes its own least does so still.",
+    ),
+    (
+        "fitting.x__minimise__",
+        only(r", low, high\)", r", None, high\)"),
+        "Equivalent: `_judge` sets the least K and S again; what is below lets all light through.",
+    ),
+    (
+        "fitting.x__judge",
+        r"np\.clip\(theta, None, high\)|np\.clip\(theta, low, None\)",
+        "Equivalent: the descents end within those limits.",
+    ),
+    ("fitting.x__judge", only("1e150", r"1e\+150"), "Equivalent: 1e150 + 1 is 1e150."),
+    (
+        "fitting.x__judge",
+        only(r"noise_weight = np\.ones_like\(chi\)", r"noise_weight = np\.ones_like\(None\)"),
+        "Equivalent: numpy makes a single 1 of None, and one 1 divides as many do.",
+    ),
+    ("fitting.x__covariance", r"shape\[(-2|\+1)\]", "Equivalent: the matrices are square."),
+    (
+        "fitting.x__covariance",
+        r"-= 1e-12",
+        "Rounding only: a millionth of a millionth of the diagonal, more or less, keeps a matrix from being singular.",
+    ),
+    (
+        "fitting.x__minimise_smooth",
+        r"damped.* -= 1e-12",
+        "Rounding only: a number that small, more or less, keeps a matrix without readings from being singular.",
+    ),
+    (
+        "fitting.x__best_descent",
+        only(r"np\.zeros\(\(2, m\)\)", r"np\.zeros\(None\)"),
+        "Equivalent: the first descent is taken whole in its place, any cost being less than infinite.",
+    ),
+    (
+        "fitting.x__(step|minimise_smooth)",
+        only(r"1 \+ damping", "1 - damping"),
+        "The way of the descent, not its end: steps a little too long instead of too short; those that make the fit worse are refused.",
+    ),
+    (
+        "fitting.x__best_descent",
+        only(r"np\.full\(m, ", r"np\.full\(None, "),
+        "Equivalent: numpy takes None for a shape of no axes, and a single number stands for as many alike.",
+    ),
+    (
+        "fitting.x__judge",
+        only(r"np\.finfo\(np\.float64\)", r"np\.finfo\(None\)"),
+        "Equivalent: numpy takes None for float64.",
+    ),
+    (
+        "fitting.x__limits",
+        r"np\.isinf\(data\.X\), 1, data\.X",
+        "The limits only: beside an opaque film those of K and S are then of a film of at least 1 mm, still far past what can be told.",
+    ),
+    (
+        "fitting.x__model",
+        r"np\.where\((None|opaque), [12], data\.X\)$",
+        "Equivalent: what the model of thin films gives of an opaque one is masked.",
     ),
     ("powder.x_powder_difference", r"Rg, None", "Equivalent: what is not FINE is COARSE."),
     ("powder.x__coarse", r"fractions, None", "Equivalent: the backing gives no other dtype than the fractions have."),
-    ("", r"strict=(True|None|False)|zip\(", "Equivalent: the lengths are checked before."),
     (
         "",
-        r"np\.where\((x != 0|d > 0|z > 0|total > 0|far|y > 0\.03|contrast > 0|determined|seen|good).*, [12]\)",
-        "Equivalent: what stands in for a divisor of 0 is masked or multiplied by 0 afterwards.",
+        only(", strict=True", ", (?:strict=None|strict=False)?"),
+        "Equivalent: what is walked over together has one length.",
     ),
     (
         "",
-        r"np\.where\((bad|None), (1|2|None), X\)|^(K|S|R|R_g|X|gap|R_0|T|values|inner)\b.*np\.where\((bad|None|hidden),",
+        only(
+            r"(?P<given>np\.where\((?:x != 0|d > 0|z > 0|total > 0|far|y > 0\.03|contrast > 0|determined|seen|good)\b.*, )1\)",
+            r"(?P=given)2\)",
+        ),
+        "Equivalent: what stands in for a divisor of 0 is masked or multiplied by 0 afterwards.",
+    ),
+    (
+        "fitting.x__prepare",
+        only(r"np\.where\(bad, (?:0\.5|1), ", r"np\.where\(bad, (?:1\.5|2), "),
+        "Equivalent: stands in, without weight, where a reading is none; K, S and status are set there in any case.",
+    ),
+    (
+        "fitting.x__minimise__",
+        only(r"theta = np\.clip\(theta, low, high\)", r"theta = np\.clip\(theta, low, None\)"),
+        "Equivalent in effect: the starts are far below the greatest K and S, and every step is held to them.",
+    ),
+    (
+        r"optics\.(?!fitting)",
+        only(r"(?P<given>np\.where\((?:bad|hidden), )(?:0\.5|1), ", r"(?P=given)(?:1\.5|2), "),
         "Equivalent or masked: stands in where the reading is refused; K, S and status are set there in any case.",
     ),
     (
@@ -102,7 +222,11 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
     ),
     ("films.x_as_stack", r"short\(None\)", "The message only."),
     ("fitting.x__like_readings", r"R\.shape\[1\]|R\.ndim", "The message only."),
-    ("fitting.x__judge", r"1[67] \* rounding", "How many roundings count as none: 16 or 17."),
+    (
+        "fitting.x__judge",
+        only(r"16 \* rounding", r"17 \* rounding"),
+        "How many roundings count as none: 16 or 17.",
+    ),
     ("films.x_stack", r"np\.(zeros|ones)\(None", "Equivalent: numpy takes None for a shape of no axes."),
     ("films.x_opaque_reflectance", r"np\.zeros", "Equivalent: the dtype of a number that is only compared."),
     (
@@ -139,20 +263,20 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
     ("interfaces|inversion|microfacets|fitting", r"MakeupError\(None|XX", "The message only."),
     (
         "inversion",
-        r"_tolerance\(.*sigma\[",
+        only(r"sigma\[\d\]", r"sigma\[\d\]"),
         "Equivalent in effect: the tolerance matters only where the two readings are alike, and then so are their deviations.",
     ),
     (
         "inversion.x_invert_backings",
-        r"too_bright",
+        r"^too_bright = ~hidden & \(A .* => too_bright = ~hidden & \(A [^N]* < 0\)$",
         "Not found: how far noise may push the absorptance below 0 before it is called inconsistent; the parts of that "
         "allowance are of one size, and no test tells them apart.",
     ),
-    ("inversion", r"[45] \* np\.finfo", "How many roundings count as equal: 4 or 5."),
-    ("inversion.x__inversion", r"[-+][bc] \* inverse", "Equivalent: only absolute values are used."),
+    ("inversion", only(r"4 \* np\.finfo", r"5 \* np\.finfo"), "How many roundings count as equal: 4 or 5."),
+    ("inversion.x__inversion", r"^(.*)-([bc] \* inverse.*) => \1\+\2$", "Equivalent: only absolute values are used."),
     (
-        "inversion",
-        r"Status\.OK, \) =>|, 0\) =>|\]\s*, 0|Status\.OK",
+        "inversion|fitting.x__judge",
+        r"^Status\.OK, => $|^(.*), 0\) => \1, \)$",
         "Equivalent: 0 is the default of np.select, and Status.OK is 0.",
     ),
     (
@@ -167,11 +291,11 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
     ),
     (
         "inversion.x_invert_",
-        r"_log1pc\(np\.where\(good, u \* black",
+        only(r"u \* black, 0\)", r"u \* black, 1\)"),
         "Equivalent: masked by the selection that follows.",
     ),
     (
-        "",
+        r"optics\.(?!fitting)",
         r"astype\(None\)|dtype=None|astype\(given\[1\]",
         "Equivalent: None means float64 there, or the dtype is the same.",
     ),
@@ -183,40 +307,32 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
     ("microfacets.x_kelemen_albedo", r"cos_h - np\.sqrt", "Equivalent: the azimuths are symmetric about 90 degrees."),
     (
         "microfacets.x_kelemen__",
-        r"1e-12|1e-24",
+        only(r"1e-12 \* NN", "1e-12 / NN"),
         "The floor for half vectors in the surface: any small number does, the value there is 0 or not of use.",
     ),
-    ("microfacets", r"1 - c \* c, [01]\)", "Equivalent for cosines within 0..1."),
-    ("diffusion", r"atol|XX|the variances", "The message only, or how much rounding the sum of the weights may have."),
-    ("diffusion.x__nearest", r"_RADII", "How many radii the fit is taken at: 50 instead of 300 give the same fit."),
+    ("diffusion", "XX", "The message only."),
+    ("diffusion", only(", atol=1e-6", ", "), "How much rounding the sum of the weights may have."),
+    (
+        "diffusion.x__nearest",
+        only(r", _RADII\)", r", \)"),
+        "How many radii the fit is taken at: 50 instead of 300 give the same fit.",
+    ),
     ("diffusion.x__nearest", r"greatest / _LAST", "Equivalent in effect: other candidates over a like range."),
-    ("diffusion.x__positive", r"_FIRM / |rcond|size == 2", "Equivalent, or a case that these fits do not meet."),
     ("diffusion.x__nearest", r"error <= best", "Equivalent: a tie between two fits."),
     (
         "diffusion.x__nearest",
-        r"count",
+        r"^for last in .* => for last in ",
         "Equivalent: for one Gaussian the last width is not used; for more it is one more or fewer candidate.",
     ),
     ("diffusion.x_widened", r"orders //?= factorial", "Equivalent: the quotient is a whole number."),
     (
         "diffusion.x__positive_weights",
-        r"np\.abs|>= 0|> 0",
+        only("w.min\\(\\) >= 0", "w.min\\(\\) > 0"),
         "Equivalent: the weights are not negative here, and 0 weighs nothing.",
     ),
     (
         "",
-        r"reshape\(.*-2|-2,? ",
+        r"^(.*reshape\([^()]*)-1\b([^()]*\).*) => \1-2\2$",
         "Equivalent: numpy takes any negative length for the one that follows from the others.",
     ),
-    (
-        "fitting.x__(?!thinnest|prepare)",
-        r"1e-\d+|1e\d+|\+ 1e|0\.05|floor|least",
-        "A floor or a limit far from any value that is met: any number of that size does.",
-    ),
-    (
-        "fitting.x__(minimise|step|best_descent)",
-        r"damping|1e-3|/ 8|\* 4|_ROUNDS|rounds|settled|moved|break|better|np\.clip\(",
-        "The way of the descent, not its end: the minimum found is the same.",
-    ),
-    ("fitting", r"_START|typical|initial", "Where the descents start: any sensible start finds the same minimum."),
 )

@@ -146,6 +146,11 @@ def test_opaque_reflectance_of_nothing_is_zero() -> None:
     assert opaque_reflectance(0.0, 3.0) == 1
 
 
+@pytest.mark.parametrize("scale", [1e-9, 0.01, 1.0, 1e6])
+def test_opaque_reflectance_is_one_of_the_ratio_alone(scale: float) -> None:
+    np.testing.assert_allclose(opaque_reflectance(scale * 4, scale * 1), 1 / (5 + np.sqrt(24)), rtol=1e-15)
+
+
 def test_large_arrays_are_worked_in_blocks_with_the_same_result() -> None:
     rng = np.random.default_rng(1)
     K, S = 10 ** rng.uniform(-2, 2, (2, 81, 1))

@@ -101,6 +101,7 @@ def test_shapes_are_films_first_then_anything() -> None:
     flat = invert_films(R.reshape(7, 30), READ_G, X, interface=AIR, noise=1e-6)
     for name in ("K", "S", "status", "K_condition", "S_condition", "K_error", "S_error", "residual"):
         assert getattr(fit, name).shape == (2, 3, 5)
+        assert getattr(fit, name).dtype == (np.uint8 if name == "status" else np.float64)
         np.testing.assert_array_equal(getattr(fit, name).ravel(), getattr(flat, name))
     np.testing.assert_allclose(fit.K, K, rtol=1e-9)
     thin = np.broadcast_to(X[:, None], (7, 30))
@@ -114,15 +115,22 @@ def test_status_tells_what_cannot_be_known() -> None:
     assert opaque.K[0] / opaque.S[0] == pytest.approx(4 / 3, rel=1e-3, abs=0)
     bare = invert_films(R_g + np.array([[0.001], [-0.001]]), R_g, thick, noise=0.001)
     assert (bare.status[0], bare.K[0], bare.S[0]) == (Status.NO_FILM, 0, 0)
+    faint = invert_films(R_g - [[0, 0], [0.0035, 0.0025]], R_g, thick, noise=0.001)
+    assert faint.status.tolist() == [Status.OK, Status.NO_FILM]
     under_air = invert_films(np.array([[0.1], [0.8]]), np.array([[0.1], [0.8]]), thick, noise=0.001, interface=AIR)
+    assert under_air.status[0] == Status.NO_FILM
+    under_air = invert_films([[0.1], [0.8]], [[0.1], [0.8]], thick, noise=0.001, interface=AIR, specular_included=False)
     assert under_air.status[0] == Status.NO_FILM
     bright = invert_films(np.array([[0.3], [0.99]]), R_g * 0.5, thick, noise=0.001)
     assert bright.status[0] == Status.INCONSISTENT
     assert bright.residual[0] > 0.05
     odd = invert_films(np.array([[0.3, 0.3, np.nan], [0.5, 1.2, 0.5]]), R_g, thick, noise=0.001)
     np.testing.assert_array_equal(odd.status[1:], [Status.OUT_OF_RANGE] * 2)
-    np.testing.assert_array_equal(odd.K[1:], 0)
+    np.testing.assert_array_equal([odd.K[1:], odd.S[1:], odd.residual[1:]], 0)
     assert odd.status[0] == Status.OK
+    backings = np.array([[-0.01, 0.1, 0.1, 0.0], [0.9, 1.2, 0.9, 1.0]])
+    odd_backing = invert_films(np.full((2, 4), [[0.3], [0.5]]), backings, thick, noise=0.001)
+    np.testing.assert_array_equal(odd_backing.status == Status.OUT_OF_RANGE, [True, True, False, False])
     wrong_thickness = invert_films(np.array([[0.3], [0.5]]), R_g, np.array([0.0, 1.0]), noise=0.001)
     assert wrong_thickness.status[0] == Status.OUT_OF_RANGE
 
@@ -173,6 +181,49 @@ def test_a_backing_that_reads_darker_than_the_surface_is_black() -> None:
     R = readings(K, S, films, black)
     fit, darker = (invert_films(R, g, films, interface=AIR, noise=1e-6) for g in (black, black - 0.02))
     np.testing.assert_array_equal(darker.K, fit.K)
+    np.testing.assert_allclose(fit.K, K, rtol=1e-6)
+
+
+def test_a_backing_that_reads_brighter_than_white_below_the_surface_is_white() -> None:
+    """Without the specular part white below the surface reads 1 - k1; more is noise of the instrument."""
+    K, S = products(5)
+    films, white = np.array([0.02, 0.1, np.inf]), np.full((3, 1), 1 - AIR.k1)
+    R = readings(K, S, films, white, specular_included=False)
+    fit, brighter = (
+        invert_films(R, g, films, interface=AIR, noise=1e-6, specular_included=False) for g in (white, white + 0.03)
+    )
+    np.testing.assert_allclose(brighter.K, fit.K, rtol=1e-9)
+    np.testing.assert_allclose(fit.K, K, rtol=1e-6)
+
+
+def test_every_wavelength_has_the_status_of_its_own_films() -> None:
+    """Alike, opaque by thickness, opaque within the noise: what one is does not depend on what its neighbour is."""
+    K, S = np.full(2, 5.0), np.full(2, 20.0)
+    R_g, films = np.array([[0.1, 0.1], [0.1, 0.9]]), np.array([0.05, 0.05])
+    alike = invert_films(readings(K, S, films, R_g, None), R_g, films, noise=0.001)
+    assert alike.status.tolist() == [Status.OUT_OF_RANGE, Status.OK]
+    X, R_g = np.array([[np.inf, 0.05], [np.inf, 0.1]]), np.array([[0.1], [0.9]])
+    R = np.column_stack([readings(K[:1], S[:1], x, R_g, None) for x in X.T])
+    thick = invert_films(R, R_g, X, noise=0.001)
+    assert thick.status.tolist() == [Status.OPAQUE, Status.OK]
+    np.testing.assert_allclose(thick.K[1], 5, rtol=1e-9)
+    bare = invert_films(np.full((2, 2), R_g), R_g, np.array([[2.0, 2.0], [2.0, np.inf]]), noise=0.001)
+    assert bare.status[0] == Status.NO_FILM
+    assert bare.status[1] != Status.NO_FILM
+    # Of the optical thicknesses 3.5 and 1, a noise of 0.03 leaves only the thinner film determined.
+    K, S = np.array([17.5, 5.0]), np.array([26.25, 7.5])
+    for backings in (R_g, np.array([[0.9], [0.95]])):
+        within = invert_films(readings(K, S, [0.1, 0.1], backings, None), backings, [0.1, 0.1], noise=0.03)
+        assert within.status.tolist() == [Status.OPAQUE, Status.OK]
+
+
+@pytest.mark.parametrize("backing", [np.nan, -1.0, 1.5])
+def test_the_backing_of_an_opaque_film_is_not_used(backing: float) -> None:
+    K, S = products(5)
+    films, R_g = np.array([0.02, 0.1, np.inf]), np.array([[0.1], [0.9], [0.5]])
+    R = readings(K, S, films, R_g)
+    fit = invert_films(R, np.array([[0.1], [0.9], [backing]]), films, interface=AIR, noise=1e-6)
+    np.testing.assert_array_equal(fit.K, invert_films(R, R_g, films, interface=AIR, noise=1e-6).K)
     np.testing.assert_allclose(fit.K, K, rtol=1e-6)
 
 
@@ -285,6 +336,22 @@ def test_standard_errors_with_the_prior_are_true_too() -> None:
         assert 0.6 < np.std(np.log(value / truth) / (error / value)) < 1.4
 
 
+@pytest.mark.parametrize("scatter", [0.003, 3e-5])
+@pytest.mark.parametrize("films", [3, 5])
+def test_an_estimated_noise_weighs_the_prior_as_that_noise_given(films: int, scatter: float) -> None:
+    """The noise is the residual of the fit without the prior, by its degrees of freedom."""
+    wave = np.linspace(0, 1, 7)
+    K, S = np.exp(1.5 * np.sin(5 * wave)), np.exp(3 - wave)
+    X, R_g = np.array([0.02, 0.08, np.inf, 0.05, 0.05])[:films], np.array([0.8, 0.1, 0.5, 0.1, 0.8])[:films, None]
+    R = readings(K, S, X, R_g) + np.random.default_rng(4).normal(0, scatter, (films, 7))
+    alone = invert_films(R, R_g, X, interface=AIR)
+    noise = np.sqrt(np.sum(films * alone.residual**2) / (7 * (films - 2)))
+    known, guessed = (invert_films(R, R_g, X, interface=AIR, noise=n, smoothness=30 * scatter) for n in (noise, None))
+    assert np.max(np.abs(known.K / alone.K - 1)) > 0.1 * scatter
+    np.testing.assert_allclose(guessed.K, known.K, rtol=2e-3 * scatter)
+    np.testing.assert_allclose(guessed.S, known.S, rtol=2e-3 * scatter)
+
+
 @pytest.mark.parametrize("R", [0.5, [0.5], [[0.5, 0.4]]])
 def test_fewer_than_two_films_are_refused(R: object) -> None:
     with pytest.raises(MakeupError, match="at least two films"):
@@ -318,6 +385,9 @@ def test_the_prior_needs_three_wavelengths() -> None:
         invert_films(R, R_g, films, interface=AIR, noise=0.01, smoothness=0.05).K,
         invert_films(R, R_g, films, interface=AIR, noise=0.01).K,
     )
+    opaque = readings(np.array([1.0, 2.0]), np.array([5.0, 4.0]), [np.inf, np.inf], R_g)
+    fit = invert_films(opaque, R_g, films, interface=AIR, noise=0.01, smoothness=0.05)
+    np.testing.assert_array_equal(fit.status, Status.OPAQUE)
 
 
 def test_a_wavelength_without_a_reading_does_not_pull_at_its_neighbours() -> None:
@@ -334,6 +404,20 @@ def test_a_wavelength_without_a_reading_does_not_pull_at_its_neighbours() -> Non
         others = np.arange(21) != 10
         for values, right, error in ((holed.K, whole.K, whole.K_error), (holed.S, whole.S, whole.S_error)):
             assert np.max(np.abs(values - right)[others] / error[others]) < 1
+    # Noise and bends a hundred times as large are the same fit; what is no reading still weighs nothing in it.
+    fine, coarse = (
+        invert_films(gap, R_g, films, interface=AIR, noise=0.001 * s, smoothness=0.02 * s) for s in (1, 100)
+    )
+    found = coarse.status == Status.OK  # the other films are none within such a noise
+    assert np.count_nonzero(found) == 10
+    np.testing.assert_allclose(coarse.K[found], fine.K[found], rtol=1e-4)
+    np.testing.assert_allclose(coarse.S[found], fine.S[found], rtol=1e-4)
+    # Nor does a wavelength of which the thickness or the backing is none.
+    lost = np.ones((4, 21))
+    lost[1, 10] = np.nan
+    for g, x in ((R_g * lost, films), (R_g, films[:, None] * lost)):
+        same = invert_films(R, g, x, interface=AIR, noise=0.001, smoothness=0.02)
+        np.testing.assert_allclose(same.K, fine.K, rtol=1e-6)
     nothing = invert_films(np.full((2, 5), np.nan), [[0.1], [0.9]], [0.1, 0.1], smoothness=0.05)
     assert np.all(nothing.status == Status.OUT_OF_RANGE)
     assert invert_films(np.zeros((2, 0, 5)), 0.1, [0.1, 0.2], smoothness=0.05).K.shape == (0, 5)
@@ -422,9 +506,9 @@ def test_errors_and_conditions_of_a_fit_are_those_of_its_normal_matrix() -> None
     np.testing.assert_allclose(np.einsum("fi,fic->ic", weights * off, J), 0, atol=1e-8)
 
 
-@pytest.mark.parametrize("noise", [0.003, None])
-def test_errors_with_the_prior_are_those_of_its_normal_matrix(noise: float | None) -> None:
-    R, R_g, X = few()
+@pytest.mark.parametrize(("noise", "scatter"), [(0.003, 0.003), (None, 0.003), (None, 3e-5)])
+def test_errors_with_the_prior_are_those_of_its_normal_matrix(noise: float | None, scatter: float) -> None:
+    R, R_g, X = few(noise=scatter)
     fit = invert_films(R, R_g, X, interface=AIR, noise=noise, smoothness=0.3)
     J = slopes(np.log([fit.K, fit.S]), R_g, X)
     off = R - readings(fit.K, fit.S, X, R_g)
@@ -447,6 +531,20 @@ def test_the_noise_of_five_films_has_three_degrees_of_freedom() -> None:
     off = R - readings(known.K, known.S, X, R_g)
     expected = np.sqrt(np.sum(off**2, axis=0) / 3) / 0.002
     np.testing.assert_allclose(guessed.K_error / known.K_error, expected, rtol=1e-4)
+
+
+def test_two_films_leave_nothing_to_estimate_the_noise_from() -> None:
+    """Though they need not fit: a film on white cannot read 0.92, and the residual is no noise of it."""
+    fit = invert_films([[0.2], [0.92]], [[0.0], [0.9]], [0.1, 0.1])
+    assert fit.status[0] == Status.OK
+    assert fit.residual[0] > 0.001
+    np.testing.assert_array_equal([fit.K_error, fit.S_error], 0)
+    # As bright as can be: K is the least that is sought.
+    np.testing.assert_allclose(fit.K * 0.1, 1e-12, rtol=1e-9)
+    # Where a noise is given, up to five times as much as it is consistent.
+    for times, status in ((4.8, Status.OK), (5.2, Status.INCONSISTENT)):
+        noise = np.sqrt(2) * fit.residual[0] / times
+        assert invert_films([[0.2], [0.92]], [[0.0], [0.9]], [0.1, 0.1], noise=noise).status[0] == status
 
 
 def test_three_wavelengths_are_enough_for_the_prior() -> None:
