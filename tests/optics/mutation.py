@@ -268,7 +268,7 @@ def explanation(name: str, old: str, new: str) -> str:
     """Why a survivor survives, by the first rule of EXPLANATIONS that fits."""
     from tests.optics.survivors import EXPLANATIONS
 
-    counted = re.search(r"len\(|_MOST|ndim|size|shape|(films|count) [<>]", old)
+    counted = re.search(r"len\(|_MOST|ndim|size|shape|(films|count|R_g) [<>]", old)
     if not counted and re.sub("([<>])=", r"\1", old) == re.sub("([<>])=", r"\1", new):
         return "Differs only where the two numbers compared are equal to the last digit; either answer is right there."
     for where, pattern, why in EXPLANATIONS:

@@ -131,6 +131,26 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
         "Rounding only: a number that small, more or less, keeps a matrix without readings from being singular.",
     ),
     (
+        "fitting.x__prepare",
+        r"R > -slack|R < 1 \+ slack|X > THINNEST",
+        "Differs only at the very border of what the noise excuses, or of the thinnest film; either answer is right there.",
+    ),
+    (
+        "fitting.x__minimise_smooth",
+        only(r"cost = np\.where\(better, ", r"cost = np\.where\(None, "),
+        "The way of the descent, not its end: after a step that is refused, the next is measured against it and not the best.",
+    ),
+    (
+        "fitting.x__starts",
+        only(r"all\(axis=0\), 0, ", r"all\(axis=0\), 1, "),
+        "Where all films are opaque the descents start at another scale, of which such films tell nothing.",
+    ),
+    (
+        "fitting.x__starts",
+        only(r"ratio \+ 2", r"ratio \+ 3"),
+        "Where the descents start, not their end: films a little thinner.",
+    ),
+    (
         "fitting.x__best_descent",
         only(r"np\.zeros\(\(2, m\)\)", r"np\.zeros\(None\)"),
         "Equivalent: the first descent is taken whole in its place, any cost being less than infinite.",
@@ -146,7 +166,7 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
         "Equivalent: numpy takes None for a shape of no axes, and a single number stands for as many alike.",
     ),
     (
-        "fitting.x__judge",
+        "fitting.x__(judge|thinnest_hiding)",
         only(r"np\.finfo\(np\.float64\)", r"np\.finfo\(None\)"),
         "Equivalent: numpy takes None for float64.",
     ),
@@ -260,7 +280,7 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
     ),
     ("interfaces", r"index > 1", "Equivalent: at n = 1 both sides reflect nothing."),
     ("interfaces", r"1 - _NODES", "Equivalent: Gauss-Legendre nodes are symmetric."),
-    ("interfaces|inversion|microfacets|fitting", r"MakeupError\(None|XX", "The message only."),
+    ("interfaces|inversion|microfacets", r"MakeupError\(None|XX", "The message only."),
     (
         "inversion",
         only(r"sigma\[\d\]", r"sigma\[\d\]"),

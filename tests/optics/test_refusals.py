@@ -147,6 +147,7 @@ def test_a_rounding_beyond_the_range_is_taken(name: str) -> None:
         (lambda: optics.invert_films([[0.5], [0.4]], 0.1, [0.1, 0.2], noise=-0.5), "^The noise of a reading must be 0 or more, not -0.5; mend its source.$"),
         (lambda: optics.invert_films([[0.5], [0.4]], [0.1, 0.2, 0.3], [0.1, 0.2]), r"^R_g of shape \(3,\) does not fit readings of shape \(2, 1\) \(films, ..., wavelengths\); give one value per film as shape \(2, 1\).$"),
         (lambda: optics.invert_films([[0.5], [0.4]], 0.1, [0.1, 0.2], interface=Interface(np.full(3, 0.04), 0.6)), r"^The interface of shape \(3,\) does not fit"),
+        (lambda: optics.invert_films([[0.5], [0.4]], 0.1, [0.1, 0.2], smoothness=[1.0, 2.0]), r"^The smoothness "),
         (lambda: optics.invert_films([[0.5], [0.4]], 0.1, [0.1, 0.2, 0.3]), r"^X of shape \(3,\) does not fit"),
         (lambda: optics.invert_films([[0.5], [0.4]], 0.1, [0.1, 0.2], noise=np.full(3, 0.1)), r"^noise of shape \(3,\) does not fit"),
         (lambda: optics.invert_films([[0.5], [0.4]], 0.1, [0.1, 0.2], smoothness=-1.0), "^The smoothness must be a number from 1e-09 to 1e[+]09, not -1.0; mend its source.$"),
