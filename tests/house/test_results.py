@@ -9,8 +9,8 @@ from tests import stamps
 WAITING = {}
 """Results written before stamps had fingerprints; each leaves this list with its next run."""
 
-OLDER = {"bake_speed.md", "diffusion_heads.md", "flat_field.json"}
-"""Results that are older than their code: timings are taken again when the machine has nothing else to do; the flat field, since
+OLDER = {"diffusion_heads.md", "flat_field.json"}
+"""Results that are older than their code: the flat field, since
 shaders and groups changed for the plan; the diffusion of heads, since a method of subsurface scattering is known by its newer name too."""
 
 
