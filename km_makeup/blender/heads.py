@@ -10,6 +10,7 @@ from ..makeup.correspondence import Head
 from ..makeup.landmarks import NAMES, propose
 from ..makeup.surface import Surface, uv_fingerprint
 from .makeup import usable_slots
+from .triangles import triangles_of
 
 
 def surface_of(obj: bpy.types.Object) -> Surface:
@@ -17,26 +18,13 @@ def surface_of(obj: bpy.types.Object) -> Surface:
 
     Raises MakeupError where the mesh has no faces there.
     """
-    mesh = obj.data
-    mesh.calc_loop_triangles()
-    count = len(mesh.loop_triangles)
-    vertices = np.empty(len(mesh.vertices) * 3, np.float32)
-    mesh.vertices.foreach_get("co", vertices)
-    triangles, loops = np.empty(count * 3, np.int32), np.empty(count * 3, np.int32)
-    mesh.loop_triangles.foreach_get("vertices", triangles)
-    mesh.loop_triangles.foreach_get("loops", loops)
-    slot = np.empty(count, np.int32)
-    mesh.loop_triangles.foreach_get("material_index", slot)
-    uv = np.empty(len(mesh.loops) * 2, np.float32)
-    mesh.uv_layers[uv_map_of(obj)].uv.foreach_get("vector", uv)
-    kept = np.isin(slot, skin_slots(obj)) if len(obj.material_slots) else np.ones(count, bool)
+    found = triangles_of(obj.data, uv_map_of(obj))
+    kept = np.isin(found.slots, skin_slots(obj)) if len(obj.material_slots) else np.ones(len(found), bool)
     if not kept.any():
         raise MakeupError(f"{obj.name!r} has no faces in its skin's material slots; assign the skin material to them.")
     scale = np.array(obj.matrix_world.to_scale(), np.float64)
-    corners = uv.reshape(-1, 2)[loops].reshape(count, 3, 2)
-    return Surface(
-        vertices.reshape(-1, 3) * scale, triangles.reshape(count, 3)[kept].astype(np.int64), corners[kept].astype(float)
-    )
+    corners = found.uv[found.of_corners][kept].astype(float)
+    return Surface(found.vertices * scale, found.of_vertices[kept].astype(np.int64), corners)
 
 
 def skin_slots(obj: bpy.types.Object) -> list[int]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..effects import ViewFacts
 from ..makeup.statistics import GRID, MapStatistics
+from .triangles import triangles_of
 from .views import cameras_in, still
 
 TURNED = -0.3
@@ -97,24 +98,14 @@ def _computed(
     cameras: list[bpy.types.Object],
 ) -> Seen:
     mesh = obj.data
-    mesh.calc_loop_triangles()
-    count = len(mesh.loop_triangles)
-    if not count or uv_map not in mesh.uv_layers:
+    if not len(mesh.polygons) or uv_map not in mesh.uv_layers:
         return Seen(np.ones((GRID, GRID), bool), 0.0)
-    vertices = np.empty(len(mesh.vertices) * 3, np.float32)
-    mesh.vertices.foreach_get("co", vertices)
-    triangles, loops = np.empty(count * 3, np.int32), np.empty(count * 3, np.int32)
-    mesh.loop_triangles.foreach_get("vertices", triangles)
-    mesh.loop_triangles.foreach_get("loops", loops)
-    slot = np.empty(count, np.int32)
-    mesh.loop_triangles.foreach_get("material_index", slot)
-    uv = np.empty(len(mesh.loops) * 2, np.float32)
-    mesh.uv_layers[uv_map].uv.foreach_get("vector", uv)
-    on_skin = np.isin(slot, slots)
+    found = triangles_of(mesh, uv_map)
+    on_skin = np.isin(found.slots, slots)
     matrix = np.array(obj.matrix_world, np.float64)
-    world = vertices.reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3]
-    corners = world[triangles.reshape(-1, 3)][on_skin]
-    flat = uv.reshape(-1, 2)[loops.reshape(-1, 3)][on_skin].astype(np.float64)
+    world = found.vertices @ matrix[:3, :3].T + matrix[:3, 3]
+    corners = world[found.of_vertices][on_skin]
+    flat = found.uv[found.of_corners][on_skin].astype(np.float64)
     if not len(corners):
         return Seen(np.zeros((GRID, GRID), bool), 0.0)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
