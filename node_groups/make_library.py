@@ -23,7 +23,7 @@ from km_makeup.blender.compositor.diffusion import diffusion_group
 from km_makeup.blender.nodes.groups import KIND, SIGNATURE, STAMP, baked_group, film_group
 from km_makeup.blender.nodes.highlights import LampKind, half_vector_group, kelemen_group, lamp_group
 from km_makeup.makeup.coat import Coat, coat, interface_of
-from km_makeup.makeup.transfer import Transfer, fit_transfer
+from km_makeup.makeup.transfer import Transfer, bare, fit_transfer
 from km_makeup.optics.diffusion import SKIN
 from km_makeup.products import Library, Product
 from km_makeup.products.swatches import swatch_sheet, thumbnail, write_png
@@ -58,7 +58,7 @@ class Asset:
 def film_of(product: Product) -> tuple[Coat, Transfer]:
     """A shipped product at its usual thickness, fitted to skins from light to deep under D65 in Linear Rec.709."""
     one = coat(product, product.thickness_um)
-    return one, fit_transfer(one, upsample_skin(human_skins()), interface_of([product]), bands())
+    return one, fit_transfer(one, bare(upsample_skin(human_skins())), interface_of([product]), bands())
 
 
 def film_error(product: Product) -> float:

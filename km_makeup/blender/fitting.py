@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..makeup import Coat, Transfer, fit_transfer
-from ..makeup.transfer import under_next
+from ..makeup.transfer import Below, bare, under_next
 from ..optics import Interface
 from ..spectra import bands, upsample_skin
 from .skin import Skin
@@ -39,8 +39,8 @@ class SkinColours:
 
 
 _fitted: dict[tuple, Transfer] = {}
-_grounds: dict[tuple, NDArray] = {}
-_skins: dict[tuple, NDArray] = {}
+_grounds: dict[tuple, Below] = {}
+_skins: dict[tuple, Below] = {}
 
 
 def transfers(
@@ -61,26 +61,26 @@ def transfers(
         under = [coats[i] for i in (range(number) if below is None else below[number])]
         key = (*base, *map(_mark, under), _mark(one))
         if key not in _fitted:
-            ground = _ground(base, under, skin, light, space)
-            _keep(_fitted, key, fit_transfer(one, ground, interface, bands(light, space)))
+            met = _met(base, under, skin, light, space)
+            _keep(_fitted, key, fit_transfer(one, met, interface, bands(light, space)))
         found.append(_fitted[key])
     return found
 
 
-def _ground(base: tuple, under: Sequence[Coat], skin: SkinColours, light: str, space: str) -> NDArray:
-    """The reflectances that a film meets over some others."""
+def _met(base: tuple, under: Sequence[Coat], skin: SkinColours, light: str, space: str) -> Below:
+    """What a film meets over some others."""
     if not under:
         return _skin(skin, light, space)
     key = (*base, *map(_mark, under))
     if key not in _grounds:
-        _keep(_grounds, key, under_next(under[-1], _ground(base, under[:-1], skin, light, space), base[1]))
+        _keep(_grounds, key, under_next(under[-1], _met(base, under[:-1], skin, light, space), base[1]))
     return _grounds[key]
 
 
-def _skin(skin: SkinColours, light: str, space: str) -> NDArray:
+def _skin(skin: SkinColours, light: str, space: str) -> Below:
     key = (skin, _light_mark(light), space)
     if key not in _skins:
-        _keep(_skins, key, np.atleast_2d(upsample_skin(skin.colours, light=light, space=space)))
+        _keep(_skins, key, bare(upsample_skin(skin.colours, light=light, space=space)))
     return _skins[key]
 
 

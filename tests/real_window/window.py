@@ -33,6 +33,9 @@ ALIKE = 0.67
 SURE = 0.8
 """Correlation from which on a place is not compared with others."""
 
+HOPELESS = 0.45
+"""Correlation of a first way of drawing a text below which no other way finds it either."""
+
 
 @dataclasses.dataclass(frozen=True)
 class Box:
@@ -82,7 +85,7 @@ class Screen:
             for y, x in peaks(likeness, alike, pattern.shape):
                 box = Box(within.left + x, within.top + y, pattern.shape[1], pattern.shape[0])
                 found.append((float(likeness[y, x]), box))
-            if found and max(one[0] for one in found) >= enough:
+            if likeness.max() < HOPELESS or (found and max(one[0] for one in found) >= enough):
                 break
         found.sort(key=lambda one: -one[0])
         kept: list[tuple[float, Box]] = []
@@ -236,14 +239,18 @@ class Window:
     def wait(self, text: str, within: Box = ALL, seconds: float = 20.0, turned: bool = False) -> Box:
         """The place of a text, once it is there."""
         end = time.monotonic() + seconds
+        cut = np.s_[within.top : within.top + within.height, within.left : within.left + within.width]
+        before = None
         while True:
             screen = self.look()
-            place = screen.find(text, within, turned)
-            if place is not None:
-                return place
+            if before is None or not np.array_equal(screen.grey[cut], before):
+                place = screen.find(text, within, turned)
+                if place is not None:
+                    return place
             if time.monotonic() > end:
                 screen.picture.save(self.folder / "missing.png")
                 raise MissingError(f"{text!r} is not on the screen; picture: {self.folder / 'missing.png'}")
+            before = screen.grey[cut]
             time.sleep(0.4)
 
     def still(self, seconds: float = 30.0, within: Box = ALL) -> Screen:

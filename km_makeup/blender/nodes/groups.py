@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...makeup.finish import Finish
-from ...makeup.transfer import Transfer
+from ...makeup.transfer import LEAST_LOSS, Transfer
 from .expression import Colour, Scalar, Tree
 from .weights import FilmHighlight, named, output_baked_weights, output_weights, ramp, retune_weights, set_stops
 
-VERSION = 4
+VERSION = 5
 """Raised when a builder changes what it builds; groups of other versions are built again."""
 
 KIND, STAMP, SIGNATURE = "km_makeup_group", "km_makeup_version", "km_makeup_signature"
@@ -60,15 +60,16 @@ def signature_of(*parts: object) -> str:
 
 
 def _stops(transfer: Transfer) -> list[NDArray]:
-    """What the four ramps of a film hold: ``a``, and the columns of M moved into 0..1."""
-    return [transfer.a, *((transfer.M[:, :, j] + OFFSET) * SCALE for j in range(3))]
+    """What the four ramps of a film hold: ``a``, and the columns of M moved into 0..1, each with its entry of ``u`` as alpha."""
+    columns = (np.column_stack([(transfer.M[:, :, j] + OFFSET) * SCALE, transfer.u[:, j]]) for j in range(3))
+    return [transfer.a, *columns]
 
 
 RAMPS = ("a", "M red", "M green", "M blue")
 
 
 def film_group(transfer: Transfer, label: str) -> bpy.types.NodeTree:
-    """One film: ``out = a(value) + M(value) c`` on the total and on the films' part of the colour below."""
+    """One film, ``out = a(value) + M(value) c / (1 - u(value) c)``, on the total and on the films' part of the colour below."""
 
     def build(tree: Tree) -> None:
         value = tree.scalar_input("Value", "Painted value, 0..1 of the layer's full thickness")
@@ -77,14 +78,15 @@ def film_group(transfer: Transfer, label: str) -> bpy.types.NodeTree:
         position = value.clamped().sqrt()
         a, *rows = (ramp(tree, position, stops, name) for stops, name in zip(_stops(transfer), RAMPS))
         columns = [row.times_plus(tree.colour((1 / SCALE,) * 3), tree.colour((-OFFSET,) * 3)) for row in rows]
-        tree.output("Colour", _affine(a, columns, below), "Linear RGB reflectance with this film on top")
-        tree.output("Film", _affine(a, columns, film_below), "The part of it that the films send back by themselves")
+        u = tree.combine(*(Scalar(tree, row.socket.node.outputs["Alpha"]) for row in rows))
+        tree.output("Colour", _laid(a, columns, u, below), "Linear RGB reflectance with this film on top")
+        tree.output("Film", _laid(a, columns, u, film_below), "The part of it that the films send back by themselves")
 
     return owned_group("film", _film_mark(transfer), f"KM Film {label}", build)
 
 
 def _film_mark(transfer: Transfer) -> str:
-    return signature_of(transfer.a, transfer.M)
+    return signature_of(transfer.a, transfer.M, transfer.u)
 
 
 def _retune_film(node: bpy.types.Node, transfer: Transfer, label: str) -> None:
@@ -104,9 +106,10 @@ def _retune_film(node: bpy.types.Node, transfer: Transfer, label: str) -> None:
     tree[SIGNATURE], tree.name = _film_mark(transfer), f"KM Film {label}"
 
 
-def _affine(a: Colour, columns: Sequence[Colour], c: Colour) -> Colour:
+def _laid(a: Colour, columns: Sequence[Colour], u: Colour, c: Colour) -> Colour:
     out = a
-    for column, channel in zip(columns, c.channels()):
+    between = c / (1.0 - u * c).maximum(LEAST_LOSS)
+    for column, channel in zip(columns, between.channels()):
         out = column.times_plus(channel, out)
     return out
 

@@ -64,7 +64,7 @@ def f0_name(number: int) -> str:
 
 
 def ramp(tree: Tree, position: Scalar, stops: NDArray, name: str) -> Colour:
-    """A colour ramp holding ``stops`` (count, 3) at the positions of the transfer."""
+    """A colour ramp holding ``stops``, (count, 3) or with alpha (count, 4), at the positions of the transfer."""
     node = tree.node("ShaderNodeValToRGB", name=name)
     bar = node.color_ramp
     bar.color_mode, bar.interpolation = "RGB", "LINEAR"
@@ -81,7 +81,7 @@ def ramp(tree: Tree, position: Scalar, stops: NDArray, name: str) -> Colour:
 def set_stops(bar: bpy.types.ColorRamp, stops: NDArray) -> None:
     """All stops at once, telling nobody: set one by one, each would update every tree that the ramp is in."""
     colours = np.ones((len(stops), 4), np.float32)
-    colours[:, :3] = stops
+    colours[:, : stops.shape[1]] = stops
     bar.elements.foreach_set("color", colours.reshape(-1))
 
 
