@@ -84,8 +84,8 @@ def bake_steps(obj: bpy.types.Object, scene: bpy.types.Scene) -> Generator[tuple
         raise MakeupError(
             f"The folder {makeup.folder} lies beside the .blend, which is not saved yet; save it, or choose another folder."
         )
-    request = request_of(obj, plan)
     folder = ensure_folder(Path(bpy.path.abspath(makeup.folder)))
+    request = request_of(obj, plan)
     files = _files(obj, request, folder)
     metadata = _metadata(obj, plan, request)
     count = yield from baking_to_files(_top_first(request), files, metadata)

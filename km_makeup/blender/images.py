@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -27,12 +28,19 @@ def pixels(image: bpy.types.Image) -> NDArray[np.float32]:
     udim.check_map(image)
     width, height = image.size
     if width == 0 or height == 0:
-        raise MakeupError(
-            f"The image {image.name!r} has no pixels: its file {image.filepath!r} is missing; find it (File > External Data)."
-        )
+        raise MakeupError(f"The image {image.name!r} has no pixels: {_lack(image)}.")
     flat = np.empty(width * height * 4, np.float32)
     image.pixels.foreach_get(flat)
     return flat.reshape(height, width, 4)
+
+
+def _lack(image: bpy.types.Image) -> str:
+    """Why an image has no pixels, and what to do."""
+    if image.packed_file:
+        return "what is packed in this .blend is damaged; load the image again from its file"
+    if Path(bpy.path.abspath(image.filepath)).is_file():
+        return f"its file {image.filepath!r} is damaged or no image that Blender reads; save it again as PNG or EXR and reload it"
+    return f"its file {image.filepath!r} is missing; find it (File > External Data)"
 
 
 def map_values(image: bpy.types.Image, channel: str) -> NDArray:

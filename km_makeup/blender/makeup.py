@@ -176,12 +176,17 @@ def _put_back(obj: bpy.types.Object, entry: bpy.types.PropertyGroup) -> None:
 
 def _put_back_joined(obj: bpy.types.Object) -> None:
     """Put originals into slots that came with an object that was made up and then joined to this one."""
-    kept = [entry.made for other in bpy.data.objects for entry in other.km_makeup.slots]
-    for slot in obj.material_slots:
+    for slot in joined_slots(obj):
         worn = slot.material
-        if worn is not None and worn.get(MADE) and worn not in kept and worn.get(ORIGINAL) is not None:
+        if worn.get(ORIGINAL) is not None:
             slot.material = worn[ORIGINAL]
             _delete(worn)
+
+
+def joined_slots(obj: bpy.types.Object) -> list[bpy.types.MaterialSlot]:
+    """Slots with makeup that came with an object that was joined to this one; its layers went with it."""
+    kept = [entry.made for other in bpy.data.objects for entry in other.km_makeup.slots]
+    return [slot for slot in obj.material_slots if slot.material and slot.material.get(MADE) and slot.material not in kept]
 
 
 def _made_up_by_another(obj: bpy.types.Object, material: bpy.types.Material | None) -> bool:

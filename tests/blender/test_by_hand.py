@@ -185,6 +185,15 @@ def test_after_a_join_the_makeup_lies_on_the_skins_of_both(joined):
     assert materials(joined) == ["Skin", "Neck Skin"]
 
 
+def test_a_join_is_told_until_makeup_lies_on_all_skin(joined):
+    from km_makeup.blender import makeup
+
+    assert [slot.material.name for slot in makeup.joined_slots(joined)] == ["Neck Skin with Makeup"]
+    makeup.set_up(joined)
+    makeup.refresh(joined)
+    assert makeup.joined_slots(joined) == []
+
+
 def test_removing_after_a_join_brings_both_skins_back(joined):
     import bpy
 

@@ -70,7 +70,7 @@ class Tutorial:
             if time.monotonic() > end:
                 raise MissingError("Blender is still compiling shaders")
             time.sleep(2)
-        self.window.still(12, VIEW)
+        self.window.idle(60)
 
     # -- the steps
 
@@ -95,8 +95,7 @@ class Tutorial:
                 self.window.click(rows[0][1])
                 break
             self.window.move(*OUTLINER.centre)
-            self.window.wheel(1)
-            time.sleep(0.5)
+            self.window.wheel(2)
         self.window.move(500, 400)
         self.window.key("KP_1", "KP_Decimal")  # from the front, framed
         self.window.wait("Set Up Makeup", SIDEBAR, PATIENCE)
@@ -111,13 +110,13 @@ class Tutorial:
     def blush(self) -> None:
         for side in (-1, 1):
             for row in range(3):
-                y = 330 + 13 * row
-                self.window.drag([(MIDDLE + side * (78 + 11 * i), y - 6 * i) for i in range(6)])
+                y = 312 + 11 * row
+                self.window.drag([(MIDDLE + side * (88 + 9 * i), y - 7 * i) for i in range(6)])
 
     def soften(self) -> None:
         self.press("Soften")
         for side in (-1, 1):
-            self.window.drag([(MIDDLE + side * (62 + 14 * i), 352 - 6 * i) for i in range(7)])
+            self.window.drag([(MIDDLE + side * (84 + 9 * i), 340 - 7 * i) for i in range(7)])
         self.press("Paint", "Erase")
 
     def thickness(self) -> None:
@@ -125,9 +124,7 @@ class Tutorial:
 
     def add_lipstick(self) -> None:
         self.window.click(self.in_row("Blush, rose", *ROW["add"]))  # type: ignore[misc]
-        time.sleep(3)
         self.window.write("classic red")
-        time.sleep(2)
         self.window.look().picture.save(self.out / "adding.png")
         self.window.key("Return")
         self.window.wait("Lipstick,", LIST, PATIENCE)
@@ -161,15 +158,12 @@ class Tutorial:
     def reorder(self) -> None:
         self.window.click(self.in_row("Blush, rose", ROW["eye"], 0))  # type: ignore[arg-type]
         self.window.click("Blush, rose", LIST)
-        time.sleep(0.5)
         self.window.click(self.in_row("Lipstick,", *ROW["up"]))  # type: ignore[misc]
-        time.sleep(1)
         self.window.click("Lipstick,", LIST)
 
     def open_the_picker(self) -> None:
         label = self.window.wait("Product: click the swatch to choose", SIDEBAR)
         self.window.click((1155, label.centre[1] + 70))
-        time.sleep(2)
 
     def choose_another_shade(self) -> None:
         self.window.click("Berry")
@@ -199,17 +193,14 @@ class Tutorial:
     def save_the_look(self) -> None:
         self.open("Looks")
         self.press("Save Look")
-        time.sleep(3)
         self.window.look().picture.save(self.out / "save-dialog.png")
         self.window.move(800, 450)
         self.window.key("Return")
 
     def load_the_look(self) -> None:
         self.press("Load Look")
-        time.sleep(3)
         self.window.move(800, 450)
         self.window.click("tutorial.json")
-        time.sleep(1)
         self.window.look().picture.save(self.out / "load-dialog.png")
         self.window.key("Return")
 
@@ -238,7 +229,6 @@ class Tutorial:
     def to_the_top(self) -> None:
         self.window.move(*SIDEBAR.centre)
         self.window.wheel(-60)
-        time.sleep(0.5)
 
     def reach(self, text: str) -> Box:
         """The place of a text in the tab, turning the wheel over it where it is cut off: down to its end, once more from the top."""
@@ -251,28 +241,22 @@ class Tutorial:
                 continue
             self.window.move(*SIDEBAR.centre)
             self.window.wheel(4)
-            time.sleep(0.5)
         raise MissingError(f"{text!r} is nowhere in the tab")
 
     def open(self, panel: str) -> None:
         """Unfold a panel, and bring it up."""
         self.window.click(self.reach(panel))
-        time.sleep(0.7)
         self.window.move(*SIDEBAR.centre)
         self.window.wheel(6)
-        time.sleep(0.5)
 
     def number(self, label: str, value: str) -> None:
         """Type a value into the number field right of a label: hover, Enter, the number, Enter."""
         place = self.reach(label)
         self.window.move(place.left + place.width + 70, place.centre[1])
-        time.sleep(0.3)
-        self.window.key("Return")
-        time.sleep(0.3)
-        self.window.key("ctrl+a")
+        self.window.idle()
+        self.window.key("Return", "ctrl+a")
         self.window.write(value)
         self.window.key("Return")
-        time.sleep(0.3)
 
 
 def run(out: Path, folder: Path, last: str = "") -> tuple[list[Path], Path]:

@@ -33,6 +33,9 @@ ALIKE = 0.67
 SURE = 0.8
 """Correlation from which on a place is not compared with others."""
 
+RESTS = 6
+"""Looks in a row that find no thread of Blender running, after which it rests."""
+
 HOPELESS = 0.45
 """Correlation of a first way of drawing a text below which no other way finds it either."""
 
@@ -231,7 +234,7 @@ class Window:
     def look(self) -> Screen:
         """The screen now."""
         path = self.folder / "screen.ppm"
-        self.shell(f"import -silent -window root ppm:{path}")
+        self.shell(f"import -silent -window root -depth 8 ppm:{path}")
         if not self.alive:
             raise MissingError(f"Blender has ended (status {self.process.returncode}):\n{self.log()[-3000:]}")
         return Screen(Image.open(path).convert("RGB"), self.font)
@@ -266,6 +269,25 @@ class Window:
             before = now
         return before
 
+    def idle(self, seconds: float = 10.0) -> None:
+        """Wait until Blender rests: what it was told is done and drawn, none of its threads runs or waits for a processor."""
+        end, quiet = time.monotonic() + seconds, 0
+        while quiet < RESTS and time.monotonic() < end:
+            time.sleep(0.08)
+            if not self.alive:
+                raise MissingError(f"Blender has ended (status {self.process.returncode}):\n{self.log()[-3000:]}")
+            quiet = quiet + 1 if not self._wants_to_run() else 0
+
+    def _wants_to_run(self) -> bool:
+        for file in Path(f"/proc/{self.process.pid}/task").glob("*/stat"):
+            try:
+                state = file.read_text().rpartition(")")[2].split()[0]
+            except OSError:  # the thread has ended
+                continue
+            if state in "RD":
+                return True
+        return False
+
     # -- hands
 
     def move(self, x: int, y: int) -> None:
@@ -283,42 +305,42 @@ class Window:
         place = self.wait(target, within, seconds, turned) if isinstance(target, str) else target
         x, y = place.centre if isinstance(place, Box) else place
         self.move(x, y)
-        time.sleep(0.12)
+        self.idle()  # what lies under the mouse lights up
         self.shell(f"xdotool mousedown {button}")
         time.sleep(0.05)
         self.shell(f"xdotool mouseup {button}")
-        time.sleep(0.15)
+        self.idle()
 
     def drag(self, points: Sequence[tuple[int, int]], button: int = 1, pause: float = 0.03) -> None:
         """Press at the first point, pass through the others, let go at the last."""
         self.move(*points[0])
-        time.sleep(0.1)
+        self.idle()
         self.shell(f"xdotool mousedown {button}")
         for x, y in points[1:]:
             time.sleep(pause)
             self.move(x, y)
         time.sleep(0.05)
         self.shell(f"xdotool mouseup {button}")
-        time.sleep(0.15)
+        self.idle()
 
     def wheel(self, turns: int) -> None:
         """Turn the wheel where the mouse is: down, or up by a negative number."""
         for _ in range(abs(turns)):
             self.shell(f"xdotool click {5 if turns > 0 else 4}")
             time.sleep(0.02)
-        time.sleep(0.2)
+        self.idle()
 
     def key(self, *names: str) -> None:
         """Press keys by their X names, `ctrl+z` for a chord."""
         for name in names:
             self.shell(f"xdotool key {name}")
-            time.sleep(0.08)
+            self.idle()
 
     def write(self, text: str) -> None:
         """Type a text."""
         quoted = text.replace("'", "'\\''")
         self.shell(f"xdotool type --delay 15 '{quoted}'")
-        time.sleep(0.1)
+        self.idle()
 
 
 def in_chroot(blender: str) -> list[str]:

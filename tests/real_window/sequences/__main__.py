@@ -3,6 +3,8 @@
     python -m tests.real_window.sequences --count 200 --result
 
 Example of a short run: python -m tests.real_window.sequences --count 3 --first 42
+With --keep FOLDER what was done stays there, and the next run of the same code goes on after it:
+python -m tests.real_window.sequences --minutes 20 --keep out/sequences --result
 Exit status: 0 no fault, 1 faults (they are printed), 2 bad arguments, 77 no program Blender can be had.
 """
 
@@ -34,18 +36,27 @@ STOP = "stop"
 WINDOW = (800, 500)
 """Small, for it is drawn by the processor."""
 
-STALLED = 240.0
+STALLED = 900.0
 """Seconds without a finished sequence after which Blender counts as hung."""
 
 
 def run(folder: Path, first: int, count: int, length: int, minutes: float) -> tuple[list[dict], list[dict]]:
     """Sequences FIRST .. FIRST+COUNT-1: what each did and its fault, and the comparison of each end with a fresh file.
 
-    None is begun after so many ``minutes``.
+    Those whose log lies in ``folder`` are not done again. None is begun after so many ``minutes``.
     """
     until = time.monotonic() + 60 * minutes
+    (folder / STOP).unlink(missing_ok=True)
+    done = max((one["seed"] for one in _lines(folder / "log.jsonl")), default=first - 1) + 1
+    if done < first + count:
+        with tempfile.TemporaryDirectory(prefix="km_makeup-sequences-") as user:
+            _run(folder, Path(user), done, first + count - done, length, until)
+    return _lines(folder / "log.jsonl"), _lines(folder / "compared.jsonl")
+
+
+def _run(folder: Path, installation: Path, first: int, count: int, length: int, until: float) -> None:
     blender = installed.program()
-    user = installed.install(blender, folder)
+    user = installed.install(blender, installation)
     environment = os.environ | {"BLENDER_USER_RESOURCES": str(user)}
     script = [blender, "--background", "--python-exit-code", "1", "--python", str(HERE / "beside.py"), "--"]
     made = subprocess.run(
@@ -71,7 +82,6 @@ def run(folder: Path, first: int, count: int, length: int, minutes: float) -> tu
         Window(blender, user, ["--python", str(HERE / "beside.py"), "--", "compare", str(folder)], WINDOW),
         folder / "compared.jsonl",
     )
-    return _lines(folder / "log.jsonl"), _lines(folder / "compared.jsonl")
 
 
 def _lines(file: Path) -> list[dict]:
@@ -94,6 +104,14 @@ def _watch(window: Window, file: Path, until: float = float("inf")) -> str:
         return f"Blender ended with status {window.process.returncode}: {window.log()[-1200:]}"
     finally:
         window.close()
+
+
+def earlier(kept: Path, code: Path) -> str:
+    """What runs of other versions of the code left beside this one's folder, in a sentence; empty where there is nothing."""
+    logs = [one for file in sorted(kept.glob("*/log.jsonl")) if file.parent != code for one in _lines(file)]
+    if not logs:
+        return ""
+    return f"\nEarlier versions of the code: {len(logs)} sequences, {sum(bool(one['fault']) for one in logs)} with a fault.\n"
 
 
 def report(log: list[dict], compared: list[dict], length: int, seconds: float) -> str:
@@ -130,18 +148,23 @@ def main() -> int:
     parser.add_argument("--first", type=int, default=1, help="seed of the first (1)")
     parser.add_argument("--length", type=int, default=30, help="actions in each (30)")
     parser.add_argument("--minutes", type=float, default=600, help="begin none after so long (600)")
+    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="keep what was done there, and go on after it")
     parser.add_argument("--result", action="store_true", help="write tests/results/sequences.md")
     arguments = parser.parse_args()
     if min(arguments.count, arguments.length) < 1:
         parser.error("--count and --length must be at least 1")
     start = time.monotonic()
     try:
-        with tempfile.TemporaryDirectory(prefix="km_makeup-sequences-") as folder:
-            log, compared = run(Path(folder), arguments.first, arguments.count, arguments.length, arguments.minutes)
+        with tempfile.TemporaryDirectory(prefix="km_makeup-sequences-") as temporary:
+            kept = (arguments.keep or Path(temporary)).resolve()
+            folder = kept / f"{stamps.fingerprint(COVERS)}-{arguments.length}"
+            folder.mkdir(parents=True, exist_ok=True)
+            log, compared = run(folder, arguments.first, arguments.count, arguments.length, arguments.minutes)
+            before = earlier(kept, folder)
     except installed.NoBlenderError as error:
         print(error, file=sys.stderr)
         return 77
-    text = report(log, compared, arguments.length, time.monotonic() - start)
+    text = report(log, compared, arguments.length, time.monotonic() - start) + before
     print(text)
     if arguments.result:
         stamps.write_markdown(

@@ -39,7 +39,11 @@ def start(folder: Path) -> None:
 
 
 def compare(folder: Path) -> None:
+    file = folder / "compared.jsonl"
+    done = {json.loads(line)["seed"] for line in file.read_text("utf-8").splitlines()} if file.exists() else set()
     for end in sorted(folder.glob("*.json"), key=lambda path: int(path.stem)):
+        if int(end.stem) in done:
+            continue
         wanted = json.loads(end.read_text())
         bpy.ops.wm.open_mainfile(filepath=str(folder / "start.blend"), load_ui=False)
         bring_to(wanted, np.load(end.with_suffix(".npz")))
@@ -49,7 +53,7 @@ def compare(folder: Path) -> None:
         apart = float(np.abs(picture - np.load(end.with_suffix(".npy"))).max())
         if apart > ALIKE:
             wrong = f"{wrong}; pixels differ by {apart:.2g}".strip("; ")
-        with open(folder / "compared.jsonl", "a", encoding="utf-8") as log:
+        with open(file, "a", encoding="utf-8") as log:
             log.write(json.dumps({"seed": int(end.stem), "wrong": wrong, "pixels": apart}) + "\n")
 
 

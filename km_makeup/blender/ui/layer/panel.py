@@ -72,7 +72,7 @@ def _brush(layout: bpy.types.UILayout, context: bpy.types.Context, makeup: bpy.t
     brush = paint.brush
     if brush is not None:
         column.prop(painting.flow_of(context.scene), "strength", text="Flow")
-        settings(layout, heading="Pressure").prop(brush, "use_pressure_strength", text="Thickness")
+        column.prop(brush, "use_pressure_strength", text="Pen Pressure")
     settings(layout, heading="Mirror").prop(context.object.data, "use_mirror_x", text="X")
 
 

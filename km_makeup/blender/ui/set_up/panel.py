@@ -49,7 +49,14 @@ class KM_PT_makeup(MakeupPanel):
 def _notices(layout: bpy.types.UILayout, context: bpy.types.Context, makeup: bpy.types.PropertyGroup) -> None:
     """What the artist should know now, each with the button that mends it."""
     from ...images import unsaved_maps
+    from ...makeup import joined_slots
 
+    if joined := joined_slots(context.object):
+        box = layout.box()
+        names = ", ".join(slot.material.name for slot in joined)
+        paragraph(box, f"{names} came with a head that was joined to this one; its layers went with it. Undo to have them back.", "ERROR")
+        again = box.operator(KM_OT_set_up.bl_idname, text="Makeup on All Skin", icon="FILE_REFRESH")
+        again.paint = again.shading = False
     if problem := makeup.get("problem"):
         box = layout.box()
         box.alert = True
