@@ -186,7 +186,9 @@ def _put_back_joined(obj: bpy.types.Object) -> None:
 def joined_slots(obj: bpy.types.Object) -> list[bpy.types.MaterialSlot]:
     """Slots with makeup that came with an object that was joined to this one; its layers went with it."""
     kept = [entry.made for other in bpy.data.objects for entry in other.km_makeup.slots]
-    return [slot for slot in obj.material_slots if slot.material and slot.material.get(MADE) and slot.material not in kept]
+    return [
+        slot for slot in obj.material_slots if slot.material and slot.material.get(MADE) and slot.material not in kept
+    ]
 
 
 def _made_up_by_another(obj: bpy.types.Object, material: bpy.types.Material | None) -> bool:

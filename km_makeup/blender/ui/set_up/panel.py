@@ -54,7 +54,11 @@ def _notices(layout: bpy.types.UILayout, context: bpy.types.Context, makeup: bpy
     if joined := joined_slots(context.object):
         box = layout.box()
         names = ", ".join(slot.material.name for slot in joined)
-        paragraph(box, f"{names} came with a head that was joined to this one; its layers went with it. Undo to have them back.", "ERROR")
+        paragraph(
+            box,
+            f"{names} came with a head that was joined to this one; its layers went with it. Undo to have them back.",
+            "ERROR",
+        )
         again = box.operator(KM_OT_set_up.bl_idname, text="Makeup on All Skin", icon="FILE_REFRESH")
         again.paint = again.shading = False
     if problem := makeup.get("problem"):
