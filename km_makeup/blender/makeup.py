@@ -18,6 +18,7 @@ from ..products import Product
 from ..spectra import Bands, bands
 from . import compositor, fitting, keyed, udim
 from .calibration import calibration_here
+from .copies import MADE, ORIGINAL, delete, delete_unused, groups_in, put_back_joined
 from .facts import engines_of, facts_of, product_of, thickness_of
 from .highlights import by_maps, film_highlights, finishes_of, highlights_of
 from .lobes import Highlights
@@ -36,10 +37,6 @@ from .nodes.weights import FilmHighlight
 from .shaders import apply_makeup, skin_colour_sockets
 from .skin import Skin, looks_like_skin, skin_of
 from .update import paused
-
-MADE = "km_makeup_made"
-ORIGINAL = "km_makeup_original"
-"""The skin's own material, kept on the copy that carries makeup: found there when its object was joined to another."""
 
 DRESSING = "km_makeup_dressing"
 """How a copy's shaders were rewired; while that is the same, only the group in it is changed."""
@@ -134,7 +131,7 @@ def skin_slots(obj: bpy.types.Object) -> list[int]:
 def remove(obj: bpy.types.Object, keep_layers: bool = False) -> None:
     """Take the makeup off: every slot holds its original material again, as it was; those of joined objects too."""
     _bare(obj)
-    _put_back_joined(obj)
+    put_back_joined(obj)
     obj.km_makeup.slots.clear()
     if not keep_layers:
         obj.km_makeup.layers.clear()
@@ -155,7 +152,7 @@ def _bare(obj: bpy.types.Object) -> None:
         elif entry.index < len(obj.material_slots):
             _put_back(obj, entry)
         made, entry.made = entry.made, None
-        _delete(made)
+        delete(made)
 
 
 def _put_back(obj: bpy.types.Object, entry: bpy.types.PropertyGroup) -> None:
@@ -171,24 +168,7 @@ def _put_back(obj: bpy.types.Object, entry: bpy.types.PropertyGroup) -> None:
     if slot.link == "DATA" and _made_up_by_another(obj, slot.material):
         slot.link = "OBJECT"
     stale, slot.material = slot.material, entry.original
-    _delete(stale)
-
-
-def _put_back_joined(obj: bpy.types.Object) -> None:
-    """Put originals into slots that came with an object that was made up and then joined to this one."""
-    for slot in joined_slots(obj):
-        worn = slot.material
-        if worn.get(ORIGINAL) is not None:
-            slot.material = worn[ORIGINAL]
-            _delete(worn)
-
-
-def joined_slots(obj: bpy.types.Object) -> list[bpy.types.MaterialSlot]:
-    """Slots with makeup that came with an object that was joined to this one; its layers went with it."""
-    kept = [entry.made for other in bpy.data.objects for entry in other.km_makeup.slots]
-    return [
-        slot for slot in obj.material_slots if slot.material and slot.material.get(MADE) and slot.material not in kept
-    ]
+    delete(stale)
 
 
 def _made_up_by_another(obj: bpy.types.Object, material: bpy.types.Material | None) -> bool:
@@ -233,34 +213,6 @@ def _check_set_up(obj: bpy.types.Object) -> None:
                 f"The original material of slot {entry.index + 1} of {obj.name!r} was deleted; put the skin's material "
                 "into the slot and press Set Up Makeup."
             )
-
-
-def _delete(material: bpy.types.Material | None) -> None:
-    """Delete a copy of ours and the groups that only it used."""
-    if material is None or not material.get(MADE) or material.users:
-        return
-    trees = _groups_in(material.node_tree)
-    bpy.data.materials.remove(material)
-    _delete_unused(trees)
-
-
-def _delete_unused(trees: list[bpy.types.NodeTree]) -> None:
-    """Delete those of the groups that nothing uses, and then those that only these used."""
-    while unused := [tree for tree in trees if not tree.users]:
-        trees = [tree for tree in trees if tree.users]
-        for tree in unused:
-            bpy.data.node_groups.remove(tree)
-
-
-def _groups_in(tree: bpy.types.NodeTree) -> list[bpy.types.NodeTree]:
-    """Our groups and copies inside a tree, at any depth."""
-    found: list[bpy.types.NodeTree] = []
-    for node in tree.nodes:
-        inner = getattr(node, "node_tree", None)
-        if inner is not None and inner not in found:
-            found.append(inner)
-            found += [one for one in _groups_in(inner) if one not in found]
-    return found
 
 
 def plan_of(
@@ -387,7 +339,7 @@ def _retuned(
     new = makeup_group(parts, settings, f"KM Makeup {obj.name}")
     for node in nodes:
         node.node_tree = new
-    _delete_unused([group, *_groups_in(group)])
+    delete_unused([group, *groups_in(group)])
     return True
 
 
@@ -447,7 +399,7 @@ def _dress(
     )  # fmt: skip
     old, entry.made = entry.made, material
     _wear(obj, entry)
-    _delete(old)
+    delete(old)
 
 
 def _live_parts(obj: bpy.types.Object, plan: Plan) -> list[FilmNodes]:

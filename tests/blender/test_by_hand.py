@@ -186,12 +186,12 @@ def test_after_a_join_the_makeup_lies_on_the_skins_of_both(joined):
 
 
 def test_a_join_is_told_until_makeup_lies_on_all_skin(joined):
-    from km_makeup.blender import makeup
+    from km_makeup.blender import copies, makeup
 
-    assert [slot.material.name for slot in makeup.joined_slots(joined)] == ["Neck Skin with Makeup"]
+    assert [slot.material.name for slot in copies.joined_slots(joined)] == ["Neck Skin with Makeup"]
     makeup.set_up(joined)
     makeup.refresh(joined)
-    assert makeup.joined_slots(joined) == []
+    assert copies.joined_slots(joined) == []
 
 
 def test_removing_after_a_join_brings_both_skins_back(joined):

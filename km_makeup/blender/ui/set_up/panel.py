@@ -48,8 +48,8 @@ class KM_PT_makeup(MakeupPanel):
 
 def _notices(layout: bpy.types.UILayout, context: bpy.types.Context, makeup: bpy.types.PropertyGroup) -> None:
     """What the artist should know now, each with the button that mends it."""
+    from ...copies import joined_slots
     from ...images import unsaved_maps
-    from ...makeup import joined_slots
 
     if joined := joined_slots(context.object):
         box = layout.box()
