@@ -110,22 +110,32 @@ def _band(rows: NDArray, checksum: int, with_detail: bool) -> _Band:
     painted = rows > 0
     bits = np.packbits(painted, axis=1)
     covered = int(np.count_nonzero(painted))
-    detail = tuple(_detail(rows, step) / scale for step in STEPS) if with_detail and covered else None
+    detail = tuple(one / scale for one in _details(rows)) if with_detail and covered else None
     return _Band(checksum, float(rows.max()) / scale, covered, bits, detail)
 
 
-def _detail(rows: NDArray, step: int) -> float:
-    height, width = rows.shape[0] // step * step, rows.shape[1] // step * step
-    if not height or not width:
-        return float(np.ptp(rows)) / 2
-    boxes = rows[:height, :width].reshape(height // step, step, width)
-    high, low = boxes.max(axis=1), boxes.min(axis=1)
-    high = high.reshape(height // step, width // step, step).max(axis=2)
-    low = low.reshape(height // step, width // step, step).min(axis=2)
-    inside = high > 0
-    spans = high[inside] - low[inside]
-    spans = spans[:: max(1, spans.size // 4096)]
-    return float(np.quantile(spans, 0.99)) / 2 if spans.size else 0.0
+def _details(rows: NDArray) -> tuple[float, ...]:
+    """Half of what values differ by inside boxes, by STEPS, each of which is twice the one before: boxes of boxes."""
+    high = low = rows
+    found = []
+    for _ in STEPS:
+        high, low = _halved(high, np.maximum), _halved(low, np.minimum)
+        if not high.size:
+            found.append(float(np.ptp(rows)) / 2)
+            continue
+        inside = high > 0
+        spans = high[inside] - low[inside]
+        spans = spans[:: max(1, spans.size // 4096)]
+        found.append(float(np.quantile(spans, 0.99)) / 2 if spans.size else 0.0)
+    return tuple(found)
+
+
+def _halved(values: NDArray, larger: np.ufunc) -> NDArray:
+    """The larger (or smaller) of each two by two values, (height / 2, width / 2)."""
+    height, width = values.shape[0] // 2 * 2, values.shape[1] // 2 * 2
+    down = larger(values[0:height:2, :width], values[1:height:2, :width])
+    halved: NDArray = larger(down[:, 0::2], down[:, 1::2])
+    return halved
 
 
 def joint(maps: list[MapStatistics]) -> float:
