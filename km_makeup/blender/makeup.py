@@ -237,12 +237,16 @@ def plan_of(
         return everything(facts)
     said = {one.name: Switch(one.switch.lower()) for one in makeup.overrides}
     budget = makeup.budget_ms if makeup.use_budget else None
-    previous = None if bpy.app.background else _plans.get(obj.session_uid)
-    return make_plan(facts, makeup.tolerance, said, budget, previous, calibration_here())
+    return make_plan(facts, makeup.tolerance, said, budget, _plan_so_far(obj), calibration_here())
 
 
 _plans: dict[int, Plan] = {}
 """The plan that each object was last built by, by session_uid."""
+
+
+def _plan_so_far(obj: bpy.types.Object) -> Plan | None:
+    """The plan to stay near to, so that nothing flickers in a window; rendered files do not depend on what was there before."""
+    return None if bpy.app.background else planned(obj)
 
 
 def planned(obj: bpy.types.Object) -> Plan | None:

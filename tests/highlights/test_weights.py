@@ -174,16 +174,16 @@ def test_shadows_dim_nothing_where_nothing_blocks_the_light_of_a_scattering_skin
 
 
 def test_lamps_that_come_or_change_their_type_are_followed(tmp_path: Path) -> None:
-    from km_makeup.blender import highlights_follow
+    from km_makeup.blender import scene_follow
 
     sun = lit.lamp("SUN", (0, 0, 2), energy=2)
     obj = made_up(tmp_path, highlight="LAMPS")
-    highlights_follow.follow_lamps(bpy.context.scene)
+    scene_follow.follow_scene(bpy.context.scene)
     sun.data.type = "POINT"
-    highlights_follow.follow_lamps(bpy.context.scene)
-    assert bpy.app.timers.is_registered(highlights_follow._rebuild)
-    bpy.app.timers.unregister(highlights_follow._rebuild)
-    highlights_follow._rebuild()
+    scene_follow.follow_scene(bpy.context.scene)
+    assert bpy.app.timers.is_registered(scene_follow._rebuild)
+    bpy.app.timers.unregister(scene_follow._rebuild)
+    scene_follow._rebuild()
     tree = obj.material_slots[0].material.node_tree
     (group,) = [n for n in tree.nodes if n.bl_idname == "ShaderNodeGroup" and n.node_tree.name.startswith("KM High")]
     assert any("Position" in n.inputs for n in group.node_tree.nodes)

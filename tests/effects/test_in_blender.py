@@ -1,0 +1,108 @@
+"""Planning again in Blender: only what changed is planned and built, and what plans depend on is followed."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+import pytest
+
+from tests.blender import scenes
+from tests.effects.counted import ALL, BASE, RED, _wear
+
+pytestmark = pytest.mark.blender
+
+
+def two_heads():
+    """Two objects with a lipstick each, side by side."""
+    from km_makeup.blender import makeup
+
+    heads = []
+    for x in (-0.15, 0.15):
+        head = scenes.head()
+        head.data.materials.append(scenes.skin())
+        head.location.x = x
+        heads.append(head)
+    scenes.studio()
+    bpy.context.scene.render.engine = "BLENDER_EEVEE"
+    bpy.context.view_layer.update()
+    for head in heads:
+        _wear(head, (RED, 15, ALL))
+        makeup.refresh(head)
+    return heads
+
+
+def test_a_film_added_to_one_of_two_objects_plans_and_builds_only_that_one(monkeypatch):
+    from km_makeup.blender import images, makeup
+
+    one, other = two_heads()
+    planned, built = [], []
+    plan_of, group_of = makeup.plan_of, makeup.makeup_group
+    monkeypatch.setattr(
+        makeup, "plan_of", lambda obj, *rest, **more: planned.append(obj.name) or plan_of(obj, *rest, **more)
+    )
+    monkeypatch.setattr(makeup, "makeup_group", lambda *rest: built.append(rest[2]) or group_of(*rest))
+    before = makeup.planned(other)
+    kept = other.material_slots[0].material
+    nodes = [node.as_pointer() for node in kept.node_tree.nodes]
+
+    layer = one.km_makeup.layers.add()
+    layer.product = BASE
+    layer.thickness_um = 10
+    layer.map = images.image_from_map(BASE, ALL)
+
+    assert len(makeup.planned(one).film_indices) == 2
+    assert set(planned) == {one.name} and set(built) == {f"KM Makeup {one.name}"}
+    assert makeup.planned(other) is before and other.material_slots[0].material == kept
+    assert [node.as_pointer() for node in kept.node_tree.nodes] == nodes
+
+
+@pytest.mark.parametrize("both", [False, True])
+def test_another_engine_plans_again_once_and_for_all_heads(both):
+    from km_makeup.blender import makeup, scene_follow
+    from km_makeup.effects import Engine
+
+    heads = two_heads()
+    for head in heads:
+        head.km_makeup.both_engines = both
+    scene = bpy.context.scene
+    scene_follow.follow_scene(scene)
+    scene_follow.follow_scene(scene)
+    assert not bpy.app.timers.is_registered(scene_follow._rebuild)
+    scene.render.engine = "CYCLES"
+    scene_follow.follow_scene(scene)
+    assert bpy.app.timers.is_registered(scene_follow._rebuild)
+    bpy.app.timers.unregister(scene_follow._rebuild)
+    scene_follow._rebuild()
+    for head in heads:
+        plan = makeup.planned(head)
+        assert Engine.CYCLES in plan.engines and plan.film_closure.on
+        assert (Engine.EEVEE in plan.engines) is both
+        targets = {
+            node.target
+            for node in head.material_slots[0].material.node_tree.nodes
+            if node.bl_idname == "ShaderNodeOutputMaterial"
+        }
+        assert targets == ({"EEVEE", "CYCLES"} if both else {"ALL"})
+
+
+def test_a_plan_in_a_window_does_not_flip_while_thickness_goes_to_and_fro_over_the_tolerance(monkeypatch):
+    """In a window the plan so far counts (hysteresis); in background pictures do not depend on what was there before."""
+    from km_makeup.blender import makeup
+
+    head, _ = two_heads()
+    layer = head.km_makeup.layers[0]
+    layer.product = BASE
+
+    def films(thickness: float) -> int:
+        layer.thickness_um = thickness
+        return len(makeup.planned(head).film_indices)
+
+    low, high = 1e-4, 1.0
+    for _ in range(24):
+        middle = float(np.sqrt(low * high))
+        low, high = (low, middle) if films(middle) else (middle, high)
+    around = [high * factor for factor in (1.03, 0.97) * 4]
+    assert [films(one) for one in around] == [1, 0] * 4
+    monkeypatch.setattr(makeup, "_plan_so_far", makeup.planned)
+    assert [films(one) for one in around] == [1] * 8
+    assert [films(high * factor) for factor in (0.5, 0.97, 1.03)] == [0, 0, 1]
