@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from .. import __version__
 from ..bake import ArrayRows, Request, Shine
-from ..bake.engine import TOLERANCE
 from ..bake.islands import Dilation, dilation
 from ..bake.stream import baking_to_files
 from ..effects import Plan
@@ -142,7 +141,7 @@ def request_of(obj: bpy.types.Object, plan: Plan) -> Request:
         light=light,
         shines=[Shine(p.finish.roughness, p.finish.f0) for p in products] if plan.finish.on else [],
         half=not makeup.full_float,
-        tolerance=TOLERANCE if makeup.everything else plan.bake_tolerance,
+        tolerance=plan.bake_tolerance,
     )
 
 

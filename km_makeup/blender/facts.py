@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
 
 import bpy
 import numpy as np
-from mathutils import Vector
+from mathutils import Matrix, Vector
 
-from ..effects import Engine, LampFacts, LayerFacts, SceneFacts, SkinFacts, Switch, TextureFacts
+from ..effects import Engine, LampFacts, LayerFacts, SceneFacts, SkinFacts, Switch, TextureFacts, ViewFacts
 from ..errors import MakeupError
 from ..makeup import coat
 from ..makeup.finish import Finish as Gloss
@@ -28,6 +28,9 @@ from .skin import skin_of
 
 GAUSSIANS = 4
 """By so many the plan sees a profile that only the renderer draws."""
+
+LEAST_HALF = 0.3
+"""Of a lamp behind the head, or seen from anywhere: skin that mirrors it at more than some 70 degrees is a thin rim."""
 
 UNKNOWN_WORLD = 0.5
 """Radiance of a world that is not one colour, and strength of a sun in it: it is not read."""
@@ -84,7 +87,7 @@ def facts_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> SceneFacts:
     present = [i for i, one in enumerate(layers) if one.mapped and one.enabled and one.map_max > 0]
     if not makeup.slots or not (present or facts.screen_diffusion or any(one.edited for one in layers)):
         return facts
-    lamps, left_out = _lamps(obj, scene)
+    lamps, left_out = _lamps(obj, scene, view)
     sizes = [maps[i].shape for i in present]
     size = max(sizes, key=lambda shape: shape[0] * shape[1], default=(0, 0))
     where = seen.seen_by(obj, scene, view)
@@ -161,14 +164,26 @@ def _joint(maps: tuple[MapStatistics, ...]) -> float:
     return kept[0]
 
 
-def _lamps(obj: bpy.types.Object, scene: bpy.types.Scene) -> tuple[tuple[LampFacts, ...], str]:
+def _lamps(obj: bpy.types.Object, scene: bpy.types.Scene, view: ViewFacts) -> tuple[tuple[LampFacts, ...], str]:
     corners = [obj.matrix_world @ Vector(corner) for corner in obj.bound_box]
     place = sum(corners, Vector()) / len(corners)
     lamps = lamps_of(scene, place)
-    found = [LampFacts(one.name, irradiance_at(one, place), solid_angle(one, place)) for one in lamps.chosen]
+    eyes = [] if view.any_view else [eye.matrix_world for eye in views.cameras_in(scene)]
+    found = [
+        LampFacts(one.name, irradiance_at(one, place), solid_angle(one, place), half=_half(one, place, eyes))
+        for one in lamps.chosen
+    ]
     if _world_is_unknown(scene) or (not found and not any(_world(scene)) and _something_glows(scene)):
         found.append(LampFacts("World", (math.pi * UNKNOWN_WORLD,) * 3, 1e-3, real=False))
     return tuple(found), lamps.sentence
+
+
+def _half(lamp: bpy.types.Object, place: Vector, eyes: Sequence[Matrix]) -> float:
+    """The least cosine between the direction of a camera and the half vector of camera and lamp, from a place."""
+    matrix = lamp.matrix_world
+    towards = matrix.col[2].xyz if lamp.data.type == "SUN" else matrix.translation - place
+    cosines = [towards.normalized().dot((eye.translation - place).normalized()) for eye in eyes]
+    return max(LEAST_HALF, math.sqrt(max(0.0, (1 + min(cosines)) / 2))) if cosines else LEAST_HALF
 
 
 def _background(scene: bpy.types.Scene) -> list[bpy.types.Node]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..effects import Plan
 from ..makeup import Coat
-from ..makeup.finish import Finish, covered, dimming, distinct, merged, two_lobes
+from ..makeup.finish import Finish, covered, dimming, distinct, top_lobe
 from ..optics import HighlightRule
 from ..products import Product
 from ..spectra import Bands
@@ -62,14 +62,13 @@ def highlights_of(
     joint = plan.path.on and not by_maps(obj, plan)
     finishes, kinds = _kinds(plan, products)
     seen = _seen(_layers(obj, plan), coats, kinds, len(finishes))
-    known = [merged(finishes, np.maximum(seen, 1e-6))] if joint and finishes else list(finishes)
-    shares = [float(seen.sum())] if joint and finishes else [float(share) for share in seen]
-    on_top = two_lobes([_skin_roughness(obj), *(one.roughness for one in known)], [1.0, *shares])[1]
+    count = min(1, len(finishes)) if joint else len(finishes)
+    top = top_lobe(_skin_roughness(obj), finishes, seen, joint)
     planned = {effect.key.removeprefix("lamp:") for effect in plan.shine.each_lamp if effect.on}
     chosen = tuple(lamp for lamp in lamps_for(obj, scene).chosen if lamp.name in planned)
     lamps = LampLight(chosen, makeup.highlight_shadows, world_shines(scene))
-    on_top = on_top if plan.shine.second.on else ()
-    return Highlights(len(known), on_top, Shown[makeup.highlight_shown], lamps if plan.lamp_highlights.on else None)
+    on_top = tuple(number + 1 for number in top if number < count) if plan.shine.second.on else ()
+    return Highlights(count, on_top, Shown[makeup.highlight_shown], lamps if plan.lamp_highlights.on else None)
 
 
 def lamps_for(obj: bpy.types.Object, scene: bpy.types.Scene) -> Lamps:

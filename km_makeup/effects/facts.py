@@ -76,13 +76,15 @@ class SkinFacts:
 class LampFacts:
     """A lamp: irradiance on skin that faces it (RGB, W/m^2), its solid angle (sr) as seen from there.
 
-    Not ``real``: light of the world or of glowing things that is not known better.
+    ``half`` is the least cosine between a camera's direction and the half vector of camera and lamp: how far skin that
+    mirrors the lamp is turned away. Not ``real``: light of the world or of glowing things that is not known better.
     """
 
     name: str
     irradiance: tuple[float, float, float]
     solid_angle: float
     real: bool = True
+    half: float = 1.0
 
 
 @dataclass(frozen=True)

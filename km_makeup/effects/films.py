@@ -11,13 +11,16 @@ import numpy as np
 from .calibration import Calibration
 from .effect import Account, Cost, Effect, because
 from .facts import LayerFacts, SceneFacts, Switch
-from .states import States, at_fewer_bands, states_of, without_interface
+from .states import KEPT_AS, States, at_fewer_bands, states_of, without_interface
 
 FEWER = (8, 12, 16)
 """Numbers of bands with weights of their own."""
 
 BAKE_SHARE, BAKE_MOST = 0.5, 0.25
 """A bake may use this share of what is left of the tolerance, and no more than that, in CIEDE2000."""
+
+BAKE_LEAST = 0.02
+"""What a bake may spend beside twice what the bands' number costs on the stacks that were looked at, in CIEDE2000."""
 
 
 def film_effects(facts: SceneFacts, account: Account, calibration: Calibration) -> tuple[Effect, ...]:
@@ -33,7 +36,7 @@ def film_effects(facts: SceneFacts, account: Account, calibration: Calibration) 
             effects[index] = known
     present = sorted([*uncertain, *(i for i, effect in effects.items() if effect.on)])
     states = states_of(facts, present) if uncertain else None
-    errors = {index: _error_without(states, index) for index in uncertain} if states else {}
+    errors = {index: _error_without(facts, states, present, index, account) for index in uncertain} if states else {}
     for index in sorted(uncertain, key=lambda i: (errors.get(i, np.inf), i)):
         effects[index] = _weighed(index, facts, errors.get(index), account, calibration)
     return tuple(effects[i] for i in range(len(facts.layers)))
@@ -78,20 +81,21 @@ def _painted(layer: LayerFacts) -> str:
     )
 
 
-def _error_without(states: States, index: int) -> float:
-    """The most that any stack changes by without this film."""
+def _error_without(facts: SceneFacts, states: States, present: Sequence[int], index: int, account: Account) -> float:
+    """The most that any stack changes by without this film: by its colour in any light, or by colour and highlight."""
+    from .shine import error_without_film
+
     pairs = [(i, states.index(one - {index})) for i, one in enumerate(states.sets) if index in one]
     with_it, without = zip(*pairs)
-    return float(states.distance(states.colours[list(with_it)], states.colours[list(without)]).max())
+    error = float(states.distance(states.colours[list(with_it)], states.colours[list(without)]).max())
+    if facts.finish is not Switch.OFF and facts.layers[index].finish is not None:
+        mark = ("film", index, states.sets)
+        error = max(error, account.once(mark, lambda: error_without_film(facts, states, present, index)))
+    return error + KEPT_AS
 
 
 def _weighed(index: int, facts: SceneFacts, error: float | None, account: Account, calibration: Calibration) -> Effect:
     layer, key = facts.layers[index], f"film:{index}"
-    shines = facts.finish is not Switch.OFF and layer.finish is not None
-    if error is not None and shines:
-        from .shine import error_without_finish
-
-        error += account.once(("finish", index), lambda: error_without_finish(facts, index))
     out = account.leaves_out(key, error)
     reason = _painted(layer) if not out else f"too thin to be seen: {1000 * layer.thickness_mm * layer.map_max:.3g} µm"
     return Effect(key, f"Film {layer.name}", not out, reason, error, _cost(facts, calibration))
@@ -185,11 +189,10 @@ def band_effect(
     for count in FEWER:
         error = at_fewer_bands(facts, states, live, count)
         if error <= allowed:
+            spent = min(allowed, 2 * error + BAKE_LEAST)
             reason = f"{count} of 81 do for these products under {facts.light} (error {error:.2g})"
-            account.used += allowed
-            return Effect(
-                key, name, True, f"{reason}; the bake may spend {allowed:.2g}", allowed, reduced=True
-            ), allowed
+            account.used += spent
+            return Effect(key, name, True, f"{reason}; the bake may spend {spent:.2g}", spent, reduced=True), spent
     return Effect(key, name, True, "all 81: fewer would be seen", None), 0.0
 
 

@@ -1,9 +1,10 @@
 """Highlights: whose lobes exist, which lamps have one, whether relief fades under films.
 
-A lobe is taken as F0 E / (4 pi a^2) / (1 + theta^2/a^2)^2 at an angle theta between normal and half vector, a^2 = alpha^2 +
-Omega/(4 pi), with E the irradiance of a lamp of solid angle Omega and alpha = roughness^2: GGX, as wide as the
-lamp's reflection makes it. The normals of a head within theta are the share theta^2/2 of those that are seen; the
-brightest half of a per cent of them are left aside. The world adds F0 times its radiance. All in units of what a white card sends back.
+A lobe is taken as F E / (4 pi a^2 h) / (1 + theta^2/a^2)^2 at an angle theta between normal and half vector, a^2 = alpha^2 +
+Omega/(4 pi), with E the irradiance of a lamp of solid angle Omega, alpha = roughness^2, h the cosine between view and half vector and F
+the Fresnel reflectance there: GGX, as wide as the lamp's reflection makes it. The normals of a head within theta are the share theta^2/2 of those that are seen; the
+brightest half of a per cent of them are left aside. The world adds F0 times its radiance, and more where skin turns away
+(RIMS). All in units of what a white card sends back.
 """
 
 from __future__ import annotations
@@ -12,20 +13,25 @@ import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..makeup.finish import DETAIL_DEPTH_MM, Finish, covered, two_lobes
+from ..makeup.finish import DETAIL_DEPTH_MM, Finish, covered, distinct, top_lobe
 from ..spectra import lab
 from .calibration import Calibration
 from .effect import Account, Cost, Effect, because
 from .facts import Engine, LampFacts, LayerFacts, SceneFacts, Switch
 from .metric import Metric
-from .states import States, states_of
+from .states import KEPT_AS, SHADES, States
 
 SHARES = (0.005, 0.02, 0.08, 0.25)
 """Shares of a head's pixels that a highlight is brighter on than where it is looked at."""
+
+RIMS = np.array([0.01, 0.05, 0.25])
+"""Shares of a head's pixels whose normals are turned farther from the eye: nu^2 of a ball's are beyond the cosine nu. Lobes reflect the
+world there by their Fresnel reflectance, not by F0. Of the one per cent that turns away the most nothing is promised."""
 
 SLOPE = 0.2
 """Root mean square slope of the relief that a normal or bump map of strength 1 gives skin: how much its shading varies."""
@@ -44,30 +50,66 @@ class Shining:
     plain: frozenset[int] = field(default_factory=frozenset)
 
 
-def _peaks(facts: SceneFacts, finish: Finish) -> NDArray:
-    """Highlight of a surface from each lamp at SHARES and, last, from the world: (lamps x SHARES + 1, 3), a white card being 1."""
-    return _peaks_of(facts.lamps, facts.world, finish)
+class Lobe(NamedTuple):
+    """A glossy lobe as it is built: how much of it there is, roughness, and F0 at that weight."""
+
+    weight: float
+    roughness: float
+    f0: float
+
+
+class Shown(NamedTuple):
+    """Highlights (n, 3) at SHARES of each lamp, from the world, and from the world at RIMS; the part (n,) of diffuse light beside them."""
+
+    added: NDArray
+    kept: NDArray
+
+
+@functools.lru_cache(maxsize=64)
+def _white(lamps: tuple[LampFacts, ...], world: tuple[float, float, float]) -> NDArray:
+    """What a white card sends back that faces all the light there is."""
+    E = np.sum([lamp.irradiance for lamp in lamps], axis=0) if lamps else np.zeros(3)
+    return np.maximum(E / math.pi + np.array(world), 1e-6)
 
 
 @functools.lru_cache(maxsize=256)
-def _peaks_of(lamps: tuple[LampFacts, ...], world: tuple[float, float, float], finish: Finish) -> NDArray:
-    alpha = max(finish.roughness, 0.02) ** 2
-    peaks = []
+def _peaks(lamps: tuple[LampFacts, ...], world: tuple[float, float, float], roughness: float) -> NDArray:
+    """Highlight of a surface of reflectance 1 from each lamp at SHARES, (lamps x SHARES, 3), a white card being 1."""
+    alpha, shares = max(roughness, 0.02) ** 2, np.array(SHARES)
+    found = [np.zeros((0, 3))]
     for lamp in lamps:
         width = alpha * alpha + lamp.solid_angle / (4 * math.pi)
-        for share in SHARES:
-            fall = (1 + 2 * share / width) ** 2
-            peaks.append(np.array(lamp.irradiance) / (4 * math.pi * width * fall))
-    E = np.sum([lamp.irradiance for lamp in lamps], axis=0) if lamps else np.zeros(3)
-    white = np.maximum(E / math.pi + np.array(world), 1e-6)
-    return finish.f0 * np.array([*peaks, world]) / white
+        falls = 4 * math.pi * lamp.half * width * (1 + 2 * shares / width) ** 2
+        found.append(np.array(lamp.irradiance) / falls[:, None])
+    return np.concatenate(found) / _white(lamps, world)
+
+
+@functools.lru_cache(maxsize=256)
+def _reflectance(lamps: tuple[LampFacts, ...], f0: float, roughness: float) -> NDArray:
+    """A lobe's reflectance where it mirrors each lamp (SHARES times), where skin faces the eye, and at RIMS.
+
+    It is that of a dielectric of this F0, which rises to 1 at grazing angles whatever its F0. A rough surface is seen less grazing than
+    it lies, by half of its alpha: within a tenth of what EEVEE draws of a black ball (roughness 0.45, IOR 1.4, 1.27 and 1.11) in a
+    white world.
+    """
+    halves = np.repeat([lamp.half for lamp in lamps], len(SHARES))
+    cos = np.minimum(np.concatenate([halves, [1.0], np.sqrt(RIMS) + roughness * roughness / 2]), 1.0)
+    root = math.sqrt(min(max(f0, 0.0), 0.9))
+    eta = (1 + root) / (1 - root)
+    within = np.sqrt(1 - (1 - cos * cos) / (eta * eta))
+    across, along = (cos - eta * within) / (cos + eta * within), (eta * cos - within) / (eta * cos + within)
+    found: NDArray = (across * across + along * along) / 2
+    return found
 
 
 def _coverage(layer: LayerFacts) -> float:
     """Share of the surface that a layer's film hides where it is thickest."""
-    if layer.coat is None:
-        return 1.0
-    return float(covered(np.array([layer.map_max]), layer.thickness_mm, layer.coat.powder)[0])
+    return 1.0 if layer.coat is None else _covers(layer.map_max, layer.thickness_mm, layer.coat.powder)
+
+
+@functools.lru_cache(maxsize=256)
+def _covers(value: float, thickness_mm: float, powder: bool) -> float:
+    return float(covered(np.array([value]), thickness_mm, powder)[0])
 
 
 def _weights(facts: SceneFacts, members: Sequence[int], plain: frozenset[int]) -> dict[int, float]:
@@ -82,39 +124,99 @@ def _weights(facts: SceneFacts, members: Sequence[int], plain: frozenset[int]) -
     return weights
 
 
-def _shine(facts: SceneFacts, members: frozenset[int], plain: frozenset[int], one_lobe: bool = False) -> NDArray:
-    """The highlight of a state from each lamp at SHARES and the world, (lamps x SHARES + 1, 3)."""
+def _on_top(facts: SceneFacts, live: Sequence[int], plain: frozenset[int]) -> frozenset[int]:
+    """The layers whose finish EEVEE draws with a second lobe: of films with other roughness than skin's, where skin has no coat."""
+    own = [i for i in live if i not in plain and facts.layers[i].finish is not None]
+    if not own or facts.skin.coat[0] > 0:
+        return frozenset()
+    finishes, kinds = distinct([facts.layers[i].finish or facts.skin.finish for i in own])
+    seen = np.zeros(len(finishes))
+    for index, kind in zip(own, kinds):
+        seen[kind] += facts.layers[index].coverage * _coverage(facts.layers[index])
+    top = top_lobe(facts.skin.finish.roughness, finishes, seen, facts.baked)
+    return frozenset(index for index, kind in zip(own, kinds) if kind in top)
+
+
+def _built(
+    facts: SceneFacts, members: Sequence[int], plain: frozenset[int], top: frozenset[int]
+) -> tuple[tuple[Lobe, ...], ...]:
+    """The lobes of a state as they are built, side by side, and those that lie over them.
+
+    Cycles has one for each finish. EEVEE has the shader's own, whose weight is 1 whatever is seen of it, so that only its F0
+    falls where films cover skin; and its coat, for the layers on ``top``.
+    """
     weights = _weights(facts, sorted(members), plain)
-    surfaces = {k: facts.skin.finish if k < 0 else facts.layers[k].finish for k in weights}
+    surfaces = {k: (facts.skin.finish if k < 0 else facts.layers[k].finish) or facts.skin.finish for k in weights}
     weight, roughness, f0 = facts.skin.coat
-    coat = weight * weights[-1] * _peaks(facts, Finish(roughness, f0))
-    if one_lobe:
-        variance = sum(w * s.roughness**4 for w, s in zip(weights.values(), surfaces.values()) if s)
-        mean = sum(w * s.f0 for w, s in zip(weights.values(), surfaces.values()) if s)
-        return coat + _peaks(facts, Finish(max(variance, 1e-9) ** 0.25, mean))
-    return coat + np.sum([weights[k] * _peaks(facts, s) for k, s in surfaces.items() if s], axis=0)
+    coat = (Lobe(weight * weights[-1], roughness, f0),) if weight > 0 else ()
+    if facts.engine is Engine.CYCLES:
+        return (tuple(Lobe(weights[k], *surfaces[k]) for k in weights), coat)
+    own, over = [k for k in weights if k not in top], [k for k in weights if k in top]
+    first = _joined([(weights[k], surfaces[k]) for k in own])
+    second = _joined([(weights[k], surfaces[k]) for k in over])
+    return ((Lobe(1.0, first.roughness, first.weight * first.f0),), (second,) if over else coat)
 
 
-def _difference(facts: SceneFacts, states: States, shine: Sequence[NDArray], other: Sequence[NDArray]) -> float:
-    """The most that states change when their highlights (3,) are others: lamp by lamp, in its full light."""
-    one, two = np.stack(shine), np.stack(other)
-    a, b = (
-        states.colours[:, :1] + np.concatenate([each[:, :-1] + each[:, -1:], each[:, -1:]], axis=1)
-        for each in (one, two)
+def _joined(parts: Sequence[tuple[float, Finish]]) -> Lobe:
+    """The lobe that stands for several: slope variance and F0 by their weights."""
+    whole = max(sum(weight for weight, _ in parts), 1e-6)
+    variance = sum(weight * finish.roughness**4 for weight, finish in parts) / whole
+    return Lobe(whole, variance**0.25, sum(weight * finish.f0 for weight, finish in parts) / whole)
+
+
+def _shine(facts: SceneFacts, members: frozenset[int], plain: frozenset[int], top: frozenset[int]) -> Shown:
+    """The highlights of a state."""
+    return _light_of(facts.lamps, facts.world, _built(facts, sorted(members), plain, top))
+
+
+@functools.lru_cache(maxsize=1024)
+def _light_of(
+    lamps: tuple[LampFacts, ...], world_light: tuple[float, float, float], built: tuple[tuple[Lobe, ...], ...]
+) -> Shown:
+    """The highlights of lobes; what one reflects is not there for those below."""
+    world = np.array(world_light) / _white(lamps, world_light)
+    count = len(lamps) * len(SHARES)
+    added, kept = np.zeros((count + 1 + len(RIMS), 3)), np.ones(count + 1 + len(RIMS))
+    for layer in built:
+        bright, reflected = np.zeros_like(added), np.zeros_like(kept)
+        for weight, roughness, f0 in layer:
+            part = _reflectance(lamps, f0, roughness)
+            bright[:count] += weight * part[:count, None] * _peaks(lamps, world_light, roughness)
+            bright += weight * part[:, None] * world
+            reflected += weight * part
+        added = added * (1 - reflected)[:, None] + bright
+        kept = kept * (1 - reflected)
+    return Shown(added, kept)
+
+
+def _difference(
+    facts: SceneFacts, colours: NDArray, shine: Sequence[Shown], other: Sequence[Shown], others: NDArray | None = None
+) -> float:
+    """The most that states of these colours (states, 3) change when their highlights are others, and their colours ``others``.
+
+    Looked at lamp by lamp and where they turn away, beside the diffuse light of SHADES.
+    """
+    shades = np.array(SHADES)[:, None, None, None]
+    one, two = (
+        np.stack([each.added for each in some])
+        + shades * bare[:, None] * np.stack([each.kept for each in some])[..., None]
+        for some, bare in ((shine, colours), (other, colours if others is None else others))
     )
-    first, second = lab(a, facts.space), lab(b, facts.space)
+    first, second = lab(one, facts.space), lab(two, facts.space)
     squared = ((first - second) ** 2).sum(axis=-1)
     at = np.unravel_index(np.argmax(squared), squared.shape)
     return float(Metric.among(np.stack([first[at], second[at]])).norm(first[at] - second[at]))
 
 
-def error_without_finish(facts: SceneFacts, index: int) -> float:
-    """What a film that is alone on the skin changes of the highlight."""
-    states = states_of(facts, [index])
-    if states is None:
-        return 0.0
-    with_it = [_shine(facts, one, frozenset()) for one in states.sets]
-    return _difference(facts, states, with_it, [_shine(facts, one, frozenset({index})) for one in states.sets])
+def error_without_film(facts: SceneFacts, states: States, present: Sequence[int], index: int) -> float:
+    """What colours with highlights change by without one of the films present: others' highlights may be built in another way then."""
+    none, rest = frozenset[int](), [i for i in present if i != index]
+    tops = _on_top(facts, present, none), _on_top(facts, rest, none)
+    left = [one - {index} for one in states.sets]
+    with_it = [_shine(facts, one, none, tops[0]) for one in states.sets]
+    without = [_shine(facts, one, none, tops[1]) for one in left]
+    colours = states.colours[:, 0]
+    return _difference(facts, colours, with_it, without, colours[[states.index(one) for one in left]])
 
 
 def shining(
@@ -139,9 +241,14 @@ def _all_plain(facts: SceneFacts, states: States | None, live: Sequence[int], ac
     """Baked textures hold the films' joint finish: all of it is there, or nothing."""
     if states is None or not live or facts.finish is not Switch.AUTO:
         return frozenset()
-    full = [_shine(facts, one, frozenset()) for one in states.sets]
-    without = [_shine(facts, one, frozenset(live)) for one in states.sets]
-    return frozenset(live) if account.leaves_out("finish", _difference(facts, states, full, without)) else frozenset()
+    none, top = frozenset[int](), _on_top(facts, live, frozenset())
+    full = [_shine(facts, one, none, top) for one in states.sets]
+    without = [_shine(facts, one, frozenset(live), none) for one in states.sets]
+    return (
+        frozenset(live)
+        if account.leaves_out("finish", _difference(facts, states.colours[:, 0], full, without))
+        else frozenset()
+    )
 
 
 def _lobes(
@@ -154,13 +261,16 @@ def _lobes(
 ) -> tuple[tuple[Effect, ...], frozenset[int]]:
     """An effect for each film's own surface: left out, the highlight of what lies below stays there."""
     errors: dict[int, float | None] = {}
-    full = [_shine(facts, one, frozenset()) for one in states.sets] if states else []
+    top = _on_top(facts, live, frozenset())
+    full = [_shine(facts, one, frozenset(), top) for one in states.sets] if states else []
     for index in live:
         if states is None or facts.layers[index].finish is None:
             errors[index] = None
             continue
         mark = ("lobe", index, states.sets)
-        errors[index] = account.once(mark, functools.partial(_without, facts, states, full, index)) if lit else 0.0
+        errors[index] = (
+            account.once(mark, functools.partial(_without, facts, states, live, full, index)) if lit else 0.0
+        )
     plain: set[int] = set()
     effects = {}
     asked = account.said("finish")
@@ -179,15 +289,20 @@ def _lobes(
     return tuple(effects[i] for i in live), frozenset(plain)
 
 
-def _without(facts: SceneFacts, states: States, full: Sequence[NDArray], index: int) -> float:
+def _without(facts: SceneFacts, states: States, live: Sequence[int], full: Sequence[Shown], index: int) -> float:
     """What the highlight of one film makes."""
-    return _difference(facts, states, full, [_shine(facts, one, frozenset({index})) for one in states.sets])
+    plain = frozenset({index})
+    top = _on_top(facts, live, plain)
+    without = [_shine(facts, one, plain, top) for one in states.sets]
+    return _difference(facts, states.colours[:, 0], full, without) + KEPT_AS
 
 
-def _merged(facts: SceneFacts, states: States, plain: frozenset[int]) -> float:
+def _merged(facts: SceneFacts, states: States, plain: frozenset[int], top: frozenset[int]) -> float:
     """What one lobe for all finishes makes."""
-    two = [_shine(facts, one, plain) for one in states.sets]
-    return _difference(facts, states, two, [_shine(facts, one, plain, True) for one in states.sets])
+    two = [_shine(facts, one, plain, top) for one in states.sets]
+    return _difference(
+        facts, states.colours[:, 0], two, [_shine(facts, one, plain, frozenset()) for one in states.sets]
+    )
 
 
 def _finish(
@@ -227,12 +342,12 @@ def _second(
         return Effect(key, name, True, "Cycles has a lobe for each finish", None, cost)
     if facts.skin.coat[0] > 0:
         return Effect(key, name, False, "the skin's own coat takes its place: one lobe for all finishes", 0.0, cost)
-    surfaces = [facts.skin.finish, *(facts.layers[i].finish or facts.skin.finish for i in live if i not in plain)]
-    if not two_lobes([s.roughness for s in surfaces], [1.0] * len(surfaces))[1]:
+    top = _on_top(facts, live, plain)
+    if not top:
         return Effect(key, name, False, "all finishes are of one roughness", 0.0, cost)
     error = None
     if states is not None:
-        error = account.once(("second", states.sets, plain), lambda: _merged(facts, states, plain))
+        error = account.once(("second", states.sets, plain), lambda: _merged(facts, states, plain, top))
     out = account.leaves_out(key, error)
     reason = "one lobe of their mean looks the same" if out else "skin and films shine in different widths"
     return Effect(key, name, not out, because(account.said(key), reason), error, cost)
@@ -268,17 +383,22 @@ def _each_lamp(
     facts: SceneFacts, states: States | None, account: Account, calibration: Calibration
 ) -> tuple[Effect, ...]:
     errors: list[float | None] = []
+    top = (
+        _on_top(facts, [i for i in range(len(facts.layers)) if any(i in one for one in states.sets)], frozenset())
+        if states
+        else frozenset()
+    )
+    full = [_shine(facts, one, frozenset(), top) for one in states.sets] if states else []
     for k, lamp in enumerate(facts.lamps):
         if states is None or not lamp.real:
             errors.append(None)
             continue
-        full = [_shine(facts, one, frozenset()) for one in states.sets]
         without = []
         for one in full:
-            less = one.copy()
+            less = one.added.copy()
             less[k * len(SHARES) : (k + 1) * len(SHARES)] = 0
-            without.append(less)
-        errors.append(_difference(facts, states, full, without))
+            without.append(Shown(less, one.kept))
+        errors.append(_difference(facts, states.colours[:, 0], full, without))
     order = sorted(range(len(errors)), key=lambda k: (errors[k] if errors[k] is not None else np.inf, k))
     effects: dict[int, Effect] = {}
     for position, k in enumerate(order):

@@ -27,6 +27,10 @@ MOST_SKINS = 4
 SHADES = (1.0, 0.3)
 """Light on the skin at which differences are looked at, as parts of what a white card sends back in full light."""
 
+KEPT_AS = 0.03
+"""CIEDE2000 by which renderers miss what they are told of a film or its lobe, however faint it is, and which goes with it: colour ramps
+of 256 steps (at most 9e-4 of a reflectance, root mean square 1e-4), half floats of textures, 10 bits for closures in EEVEE."""
+
 KEPT = 64
 
 

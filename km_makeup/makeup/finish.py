@@ -124,6 +124,20 @@ def two_lobes(roughness: Sequence[float], weights: Sequence[float]) -> tuple[tup
     return min(divisions, key=lambda division: loss(division[0]) + loss(division[1]))
 
 
+def top_lobe(skin: float, finishes: Sequence[Finish], seen: Sequence[float] | NDArray, joint: bool) -> tuple[int, ...]:
+    """Which of the films' distinct finishes EEVEE draws with the second lobe.
+
+    Parameters: roughness of the ``skin``; ``seen``, the share of the map on which each finish is seen; ``joint``, whether
+    textures hold one finish for all films, so that all are on top or none.
+    """
+    shares = np.asarray(seen, float)
+    if not joint or not finishes:
+        top = two_lobes([skin, *(one.roughness for one in finishes)], [1.0, *shares])[1]
+        return tuple(number - 1 for number in top)
+    one = merged(finishes, np.maximum(shares, 1e-6))
+    return tuple(range(len(finishes))) if two_lobes([skin, one.roughness], [1.0, float(shares.sum())])[1] else ()
+
+
 def finish_texture(films: Sequence[Gloss]) -> NDArray:
     """(texels, 3): share of the skin's own highlight, films' slope variance, films' F0, as sums of shares.
 

@@ -18,7 +18,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from tests import stamps
@@ -38,9 +38,14 @@ def main() -> int:
     parser.add_argument("--write", action="store_true", help="write tests/results/plan_bound.md")
     parser.add_argument("--fault", action="store_true", help="drop a visible film on purpose")
     parser.add_argument("--log", type=Path, help="also append a line of JSON a case to this file")
+    parser.add_argument(
+        "--apart", action="store_true", help="also leave out each effect alone: its bound and its own difference"
+    )
     options = parser.parse_args()
     own_resources()
     seed = commit_seed() if options.seed is None else options.seed
+    if options.apart:
+        return apart(seed, options.count, {int(n) for n in options.only.split(",") if n}, options.log)
     rows = run(seed, options.count, {int(n) for n in options.only.split(",") if n}, options.fault, options.log)
     text = report(rows, seed)
     print(text)
@@ -58,10 +63,22 @@ def commit_seed() -> int:
 
 def run(seed: int, count: int, only: set[int], fault: bool = False, log: Path | None = None) -> list[dict]:
     """The rows of the cases."""
+    rows: list[dict] = []
+    for stage, case in staged(seed, count, only):
+        for row in measured(stage, case, fault):
+            rows.append(row)
+            print(line(row), file=sys.stderr, flush=True)
+            if log:
+                with log.open("a") as file:
+                    file.write(json.dumps(row) + "\n")
+    return rows
+
+
+def staged(seed: int, count: int, only: set[int]) -> Iterator[tuple[Stage, Case]]:
+    """The scenes drawn, each with the stage that its head stands on."""
     from km_makeup.products import Library
 
     products = [product.id for product in Library.shipped().products]
-    rows: list[dict] = []
     stage, head = None, ""
     with tempfile.TemporaryDirectory(prefix="km_makeup-bound-") as folder:
         for case in draw(seed, count, products):
@@ -70,37 +87,28 @@ def run(seed: int, count: int, only: set[int], fault: bool = False, log: Path | 
             if case.head != head:
                 stage, head = Stage(case.head, Path(folder)), case.head
             assert stage is not None
-            for row in measured(stage, case, fault):
-                rows.append(row)
-                print(line(row), file=sys.stderr, flush=True)
-                if log:
-                    with log.open("a") as file:
-                        file.write(json.dumps(row) + "\n")
-    return rows
+            yield stage, case
 
 
-def measured(stage: Stage, case: Case, fault: bool = False) -> Iterator[dict]:
+def measured(stage: Stage, case: Case, fault: bool = False, tolerances: Sequence[float] = TOLERANCES) -> Iterator[dict]:
     """One scene: its cases, one a tolerance."""
-    import bpy
-    import numpy as np
+    from km_makeup.blender.update import paused
 
-    from km_makeup.blender.reference import white_of
-
-    stage.set(case)
-    stage.dress(case)
-    white = np.array(white_of(bpy.context.scene, stage.obj))
+    white = stage.ready(case)
     stage.build(case, None)
     whole, whole_s = _timed(stage, 0)
     floor = difference(whole, stage.picture(1), white)
     rendered: dict[tuple, tuple[float, float]] = {}
-    for tolerance in TOLERANCES:
+    for tolerance in tolerances:
         begin = time.perf_counter()
         plan = stage.build(case, tolerance)
         if fault and plan.any_film:
             layer = stage.obj.km_makeup.layers[plan.film_indices[-1]]
-            layer.switch = "OFF"
+            with paused():
+                layer.switch = "OFF"
             stage.build(case, tolerance)
-            layer.switch = "AUTO"
+            with paused():
+                layer.switch = "AUTO"
         built = time.perf_counter() - begin
         effects = tuple((e.key, e.on) for e in plan.effects)
         key = (effects, plan.light.left_out, plan.divisor, plan.bake_tolerance if case.path == "BAKED" else 0)
@@ -115,6 +123,62 @@ def measured(stage: Stage, case: Case, fault: bool = False) -> Iterator[dict]:
             "above": max(0.0, found - floor), "bound": plan.left_out, "out": out, "free": free,
             "seconds": [round(whole_s, 2), round(planned_s, 2), round(built, 2)],
         }  # fmt: skip
+
+
+def apart(seed: int, count: int, only: set[int], log: Path | None) -> int:
+    """What each effect that a plan leaves out changes by itself, everything else being there."""
+    for stage, case in staged(seed, count, only):
+        for row in measured_apart(stage, case):
+            print(
+                f"{row['case']:3} {row['tolerance']:4g} {row['key']:16} bound {row['bound']:.4f}, found {row['found']:.4f}  {row['what']}",
+                flush=True,
+            )
+            if log:
+                with log.open("a") as file:
+                    file.write(json.dumps(row) + "\n")
+    return 0
+
+
+def measured_apart(stage: Stage, case: Case) -> Iterator[dict]:
+    """A scene's effects one by one: bound and difference; and those that the plan says change nothing, where they do."""
+    white = stage.ready(case)
+    there = {effect.key for effect in stage.build(case, None).effects if effect.on}
+    whole = stage.picture(0)
+    floor = difference(whole, stage.picture(1), white)
+    done: set[str] = set()
+
+    def row(tolerance: float, name: str, bound: float, said: dict[str, str]) -> dict:
+        stage.build(case, tolerance, said)
+        found = max(0.0, difference(whole, stage.picture(0), white) - floor)
+        return {
+            "case": case.number,
+            "what": str(case),
+            "tolerance": tolerance,
+            "key": name,
+            "bound": bound,
+            "found": found,
+        }
+
+    for tolerance in (TOLERANCES[0], TOLERANCES[-1]):
+        plan = stage.build(case, tolerance)
+        priced: dict[str, list[str]] = {}
+        for effect in plan.effects:
+            if effect.left_out > 0 and effect.key not in ("diffusion", "lamps"):
+                family = effect.key.split(":")[0]
+                priced.setdefault(family if family == "gaussian" else effect.key, []).append(effect.key)
+        free = [e.key for e in plan.effects if not e.on and not e.error and e.key in there]
+        every = {effect.key for effect in plan.effects} | {"lobe", "lamp", "gaussian"}
+        kept = dict.fromkeys(every - {"finish", *free}, "ON")
+        if not done and plan.any_film:
+            together = row(tolerance, "free", 0.0, kept)
+            yield together
+            for key in free if together["found"] > HARDLY else ():
+                yield row(tolerance, f"free {key}", 0.0, dict.fromkeys(every, "ON") | {key: "AUTO"})
+        for name, keys in priced.items():
+            if name not in done:
+                done.add(name)
+                bound = sum(plan.effect(key).left_out for key in keys)
+                yield row(tolerance, name, bound, kept | dict.fromkeys(keys, "AUTO"))
 
 
 def _timed(stage: Stage, seed: int):
