@@ -170,7 +170,7 @@ def invert_backings(
     common_shape(*given)
     R_1, R_g1, R_2, R_g2, X = np.broadcast_arrays(*given)
     values, sigmas, bad = _readings((R_1, R_g1, R_2, R_g2), X, noise, interface, specular_included)
-    bad = bad | (R_g1 == R_g2)
+    bad = bad | (values[1] == values[3])  # below the interface, where two unlike readings may be one number
     X = np.where(bad, 1, X)
     turned = values[1] > values[3]
     R_1, g_1, R_2, g_2 = (np.where(turned, values[i - 2], values[i]) for i in range(4))

@@ -33,8 +33,8 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
     ),
     (
         "inversion.x_free_film",
-        r"np\.clip\(R, 0, (None|2)\)|tiny, (None|2)\)|np\.clip\(A, 0, (None|2)\)",
-        "Equivalent in effect: what is above 1 by more than the slack of 1e-5 is refused before.",
+        r"np\.clip\(R, 0, (None|2)\)|tiny, (None|2)\)|np\.clip\(T, None, 1\)|np\.clip\(A, 0, (None|2)\)",
+        "Equivalent in effect: what is above 1 by more than the slack of 1e-5, or a T below the least, is refused before.",
     ),
     (
         "microfacets.x_kelemen_albedo",
@@ -48,8 +48,8 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
     ),
     (
         "microfacets.x_kelemen",
-        r"common_shape.*\[\.\.\., 1\]",
-        "Equivalent: all components of a direction have one shape.",
+        r"common_shape.*\[\.\.\., 1\]|flat\[1\]\.size",
+        "Equivalent: all components of a direction, and all values that are spread to one shape, have one.",
     ),
     (
         "fitting.x__scaled_to_noise",
@@ -287,10 +287,9 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
         "Equivalent in effect: the tolerance matters only where the two readings are alike, and then so are their deviations.",
     ),
     (
-        "inversion.x_invert_backings",
-        r"^too_bright = ~hidden & \(A .* => too_bright = ~hidden & \(A [^N]* < 0\)$",
-        "Not found: how far noise may push the absorptance below 0 before it is called inconsistent; the parts of that "
-        "allowance are of one size, and no test tells them apart.",
+        "inversion.x_(invert|_readings)",
+        r"np\.where\(bad, None, |np\.where\(None, 0\.5, value\)\.astype\(value\.dtype\) for value in inner",
+        "Equivalent: what stands in for a thickness or reading that is none is masked by its status.",
     ),
     ("inversion", only(r"4 \* np\.finfo", r"5 \* np\.finfo"), "How many roundings count as equal: 4 or 5."),
     ("inversion.x__inversion", r"^(.*)-([bc] \* inverse.*) => \1\+\2$", "Equivalent: only absolute values are used."),
@@ -324,13 +323,22 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
         r"cos_d >= 0|cos_light >= 0",
         "Equivalent: at exactly 0 the term itself is 0 or the direction has no measure.",
     ),
-    ("microfacets.x_kelemen_albedo", r"cos_h - np\.sqrt", "Equivalent: the azimuths are symmetric about 90 degrees."),
+    (
+        "microfacets.x__albedo",
+        only(r"cos_h \+ np", "cos_h - np"),
+        "Equivalent: the azimuths are symmetric about 90 degrees.",
+    ),
     (
         "microfacets.x_kelemen__",
         only(r"1e-12 \* NN", "1e-12 / NN"),
         "The floor for half vectors in the surface: any small number does, the value there is 0 or not of use.",
     ),
     ("diffusion", "XX", "The message only."),
+    (
+        "diffusion.x__positive_weights",
+        r"rcond=None\)\[0\] => .*aim, \)\[0\]|_FIRM / np\.ones",
+        "Equivalent: numpy's own default, and a product with 1.",
+    ),
     ("diffusion", only(", atol=1e-6", ", "), "How much rounding the sum of the weights may have."),
     (
         "diffusion.x__nearest",

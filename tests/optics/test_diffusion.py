@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.optimize import nnls
 
 from km_makeup.errors import MakeupError
 from km_makeup.optics import (
@@ -16,7 +17,7 @@ from km_makeup.optics import (
     reduced,
     widened,
 )
-from km_makeup.optics.diffusion import diffuse_distance
+from km_makeup.optics.diffusion import _positive_weights, diffuse_distance
 
 R = np.geomspace(1e-3, 60, 4000)
 RGB = np.array([1.0, 0.4, 0.2])
@@ -116,6 +117,22 @@ def test_a_fit_scales_with_the_distance() -> None:
     np.testing.assert_allclose(large.weights, small.weights, atol=1e-9)
 
 
+def test_six_gaussians_are_fitted_where_none_are_asked_for_at_the_ends_of_the_range_too() -> None:
+    for distance in (1e-9, 1.0, 1e9):
+        assert fit_gaussians(distance).variances.size == 6
+
+
+def test_weights_of_a_fit_are_those_of_non_negative_least_squares() -> None:
+    """Against Lawson and Hanson's NNLS in scipy, where a narrower target wants less than nothing of the wider one."""
+    r = np.geomspace(0.01, 20, 200)[:, None]
+    columns, wanted = -np.expm1(-(r**2) / [[2, 8]]), -np.expm1(-(r**2) / [[1.2, 4, 30]])
+    found = _positive_weights(columns, wanted)
+    firm = np.vstack([columns, 1e4 * np.ones(2)])
+    for weights, target in zip(found.T, wanted.T):
+        np.testing.assert_allclose(weights, nnls(firm, np.append(target, 1e4))[0], atol=1e-4)
+    assert found[1, 0] == found[0, 2] == 0 < found.T[1].min()
+
+
 def test_one_gaussian_is_enough_to_ask_for() -> None:
     one = fit_gaussians(1.0, 1)
     assert one.variances.size == 1
@@ -176,7 +193,7 @@ def test_a_reduced_profile_is_near_with_fewer_gaussians() -> None:
     [
         ([1.0, 2.0], [[1.0]], "weights of shape"),
         ([1.0], [1.0], "weights of shape"),
-        ([-1.0], [[1.0]], "0 mm"),
+        ([-1.0], [[1.0]], "^The variances of a profile must be more than 0 mm"),
         ([0.0], [[1.0]], "0 mm"),
         ([1.0, 2.0], [[0.5], [0.6]], "add up to 1"),
     ],

@@ -233,14 +233,23 @@ def test_everything_broadcasts_and_keeps_its_dtype(dtype: type) -> None:
 def test_no_input_gives_a_warning_nan_or_negative_value() -> None:
     rng = np.random.default_rng(3)
     edges = np.array([0.0, 1e-300, 1e-17, 1e-9, 0.5, 1 - 1e-16, 1.0])
+    beyond = np.array([-np.inf, -1e30, 0.5, 1e30, np.inf, np.nan])
     values = np.concatenate(
-        [rng.uniform(-0.1, 1.1, (4, 20_000)), np.array(np.meshgrid(*[edges] * 4)).reshape(4, -1)], axis=1
+        [
+            rng.uniform(-0.1, 1.1, (4, 10_000)),
+            *(np.array(np.meshgrid(*[e] * 4)).reshape(4, -1) for e in (edges, beyond)),
+        ],
+        axis=1,
     )
     with np.errstate(divide="raise", invalid="raise", over="raise"):
-        for noise in (0.0, 0.003):
+        for noise, interface in ((0.0, None), (0.003, None), (0.003, AIR)):
             for dtype in (np.float64, np.float32):
                 v = values.astype(dtype)
-                for result in (invert(*v[:3], 0.1, noise=noise), invert_backings(*v, 0.1, noise=noise)):
+                X = np.resize(np.array([0.1, 0.1, 0.1, 0.0, -1.0, np.inf, np.nan], dtype), v.shape[1])
+                for result in (
+                    invert(*v[:3], X, noise=noise, interface=interface),
+                    invert_backings(*v, X, noise=noise, interface=interface),
+                ):
                     for part in (
                         result.K,
                         result.S,
@@ -333,6 +342,18 @@ def test_the_order_of_the_backings_makes_no_difference_to_errors_either() -> Non
     assert 0 < one.S_error < one.S
 
 
+@pytest.mark.parametrize(("T", "gap"), [(0.5, 0.2), (0.3, 0.5)])
+def test_noise_may_push_the_absorptance_as_far_below_zero_as_is_written(T: float, gap: float) -> None:
+    """Three sigma of the contrast move R by (g1 + g2)/gap of them and T by 1/(gap T); beyond both it is no film."""
+    noise, g_1, g_2 = 1e-3, 0.6 - gap, 0.6
+    three_sigma = 3 * np.hypot(noise, noise)
+    most = three_sigma * ((g_1 + g_2) / gap + 1 / (gap * T))
+    for share, status in ((0.95, Status.OK), (1.05, Status.INCONSISTENT)):
+        R = 1 - T + share * most  # so that A = 1 - R - T is below 0
+        R_1, R_2 = (R + T * T * g / (1 - R * g) for g in (g_1, g_2))
+        assert invert_backings(R_1, g_1, R_2, g_2, 1.0, noise=noise).status == status
+
+
 def test_free_film_gives_back_any_film_from_reflectance_and_transmittance() -> None:
     rng = np.random.default_rng(2)
     k, s = 10 ** rng.uniform(-2, 0.7, (2, 500))
@@ -343,6 +364,7 @@ def test_free_film_gives_back_any_film_from_reflectance_and_transmittance() -> N
         np.testing.assert_allclose(back[1], s, rtol=1e-9 if given_A is None else 1e-12)
     assert free_film(0.5, 0.5, 0.0) == (0, pytest.approx(1, rel=1e-15, abs=0))
     assert free_film(0.0, 0.25) == (pytest.approx(np.log(4), rel=1e-14, abs=0), 0)
+    assert free_film(-1e-7, 0.25, 0.75) == free_film(0.0, 0.25, 0.75)  # a rounding, not less than nothing
 
 
 @given(k=st.floats(1e-3, 8.0), s=st.floats(1e-3, 30.0), g=st.floats(0.0, 1.0))
