@@ -13,6 +13,9 @@ import pytest
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+"""On a busy machine two threads of OpenBLAS wait for each other: test_mixtures took 60 s with one, over 280 with two."""
+
 if "bpy" not in sys.modules:  # importing the bpy module would read the user's own settings and extensions
     _resources = tempfile.mkdtemp(prefix="km_makeup-tests-")
     os.environ["BLENDER_USER_RESOURCES"] = _resources
