@@ -56,6 +56,26 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
         only(r"max\(freedom, 1\)", r"max\(freedom, 2\)"),
         "Equivalent: a prior needs three wavelengths, so the freedom is 3 or more.",
     ),
+    (
+        "fitting.x__minimise_smooth",
+        only(r"1e-11 \* cost", "1e-11 / cost"),
+        "When the descent stops, not where: it begins at the best of each wavelength, where the cost is of the order of 1.",
+    ),
+    (
+        "fitting.x__scaled_to_noise",
+        only(r"weight\[0\]", r"weight\[1\]"),
+        "Equivalent: a wavelength has weight in all films or in none.",
+    ),
+    (
+        "fitting.x__starts",
+        r"np\.full\(None, np\.inf\)|np\.zeros\(None\)",
+        "Equivalent: numpy takes None for a shape of no axes, and a single number stands for as many alike.",
+    ),
+    (
+        "fitting.x_invert_films",
+        only(r"1e9\)", r"1000000001\.0\)"),
+        "A convention: where it ends what is taken for a smoothness; a prior that loose is none from 1e3 on.",
+    ),
     ("fitting.x__prepare", r"R_g\[1\]|X\[1\]", "Equivalent: all are alike where all are like any one of them."),
     (
         "fitting.x__minimise",
@@ -105,8 +125,8 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
     ),
     (
         "fitting.x__minimise__",
-        only(r", low, high\)", r", None, high\)"),
-        "Equivalent: `_judge` sets the least K and S again; what is below lets all light through.",
+        r"^trial = .*, low, high\) => trial = .*, (None, high|low, None)\)$|, low, high\) => .*, None, high\)$",
+        "Equivalent: `_judge` holds K and S to the limits again; what is below lets all light through, what is above none.",
     ),
     (
         "fitting.x__judge",
@@ -157,7 +177,7 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
     ),
     (
         "fitting.x__(step|minimise_smooth)",
-        only(r"1 \+ damping", "1 - damping"),
+        r"1 \+ damping.* => .*1 - damping|\*= 1 \+ damping.* => .*/= 1 \+ damping|kk \* \(1 \+ damping\).* => .*kk / \(1 \+ damping\)",
         "The way of the descent, not its end: steps a little too long instead of too short; those that make the fit worse are refused.",
     ),
     (
@@ -244,8 +264,8 @@ EXPLANATIONS: tuple[tuple[str, str, str], ...] = (
     ("fitting.x__like_readings", r"R\.shape\[1\]|R\.ndim", "The message only."),
     (
         "fitting.x__judge",
-        only(r"16 \* rounding", r"17 \* rounding"),
-        "How many roundings count as none: 16 or 17.",
+        r"^(.*)\+ 16 \* rounding => \1(\+ 17|- 16) \* rounding$",
+        "How many roundings count as none: 16, 17, or where there is noise less than its own part.",
     ),
     ("films.x_stack", r"np\.(zeros|ones)\(None", "Equivalent: numpy takes None for a shape of no axes."),
     ("films.x_opaque_reflectance", r"np\.zeros", "Equivalent: the dtype of a number that is only compared."),

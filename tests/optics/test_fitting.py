@@ -377,6 +377,23 @@ def test_with_the_prior_every_spectrum_is_fitted_by_itself_through_its_interface
     np.testing.assert_allclose(together.residual, 0.003, atol=0.004)
 
 
+@pytest.mark.parametrize("smoothness", [None, 0.05])
+def test_spectra_fitted_at_once_do_not_know_of_one_another(smoothness: float | None) -> None:
+    """A film of a nanometre beside one of a decimetre, and a reading of eight digits beside one of one: as each alone."""
+    thick = np.array([1e-6, 1e-2, 100.0]).reshape(1, 3, 1)
+    films, R_g = np.array([0.3, 1.0, 1.0]).reshape(3, 1, 1) * thick, np.array([0.1, 0.1, 0.9]).reshape(3, 1, 1)
+    K, S = np.array([0.5, 0.8, 1.3, 2.0]) / thick[0], np.array([2.0, 1.5, 1.2, 1.0]) / thick[0]
+    noise = np.array([1e-8, 0.03, 0.003]).reshape(1, 3, 1)
+    R = film_over(K, S, films, R_g) * (1 + noise * np.random.default_rng(6).normal(0, 1, (3, 3, 4)))
+    together = invert_films(R, R_g, films, noise=noise, smoothness=smoothness)
+    for i in range(3):
+        part = films[:, i : i + 1]
+        alone = invert_films(R[:, i : i + 1], R_g, part, noise=noise[:, i : i + 1], smoothness=smoothness)
+        for name in ("K", "S", "K_error", "S_error"):
+            np.testing.assert_allclose(getattr(together, name)[i], getattr(alone, name)[0], rtol=1e-4, err_msg=name)
+    np.testing.assert_allclose(together.K, K, rtol=0.3)
+
+
 def test_the_prior_needs_three_wavelengths() -> None:
     """Second differences of fewer are none: the fit is that of each wavelength alone."""
     R_g, films = np.array([[0.05], [0.9]]), [0.1, 0.1]

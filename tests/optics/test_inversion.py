@@ -321,6 +321,23 @@ def test_the_condition_is_the_sum_of_the_sensitivities_to_every_reading(K: float
     assert 1 < two.S_condition / float(both[1]) < 2.5
 
 
+@pytest.mark.parametrize(("g_1", "g_2"), [(0.0, 0.9), (0.2, 0.7), (0.05, 0.4)])
+def test_the_condition_over_two_backings_is_by_differences(g_1: float, g_2: float) -> None:
+    """1 for the thickness, and of every backing's two readings the root of the sum of squares of their slopes."""
+    K, S, X, h = 4.0, 25.0, 0.03, 1e-6
+    exact = np.array([film_over(K, S, X, g_1), g_1, film_over(K, S, X, g_2), g_2])
+
+    def logarithms(readings) -> np.ndarray:
+        result = invert_backings(*readings, X)
+        return np.log([result.K, result.S])
+
+    steps = np.exp(h * np.eye(4))
+    slope = np.array([(logarithms(exact * s) - logarithms(exact / s)) / (2 * h) for s in steps])
+    total = 1 + np.hypot(slope[0], slope[1]) + np.hypot(slope[2], slope[3])
+    found = backings(K, S, X, g_1, g_2)
+    np.testing.assert_allclose([found.K_condition, found.S_condition], total, rtol=1e-5)
+
+
 def test_readings_at_and_beyond_the_ends_of_an_interface() -> None:
     black = float(AIR.k1)  # internally 0
     assert invert(0.5, 0.3, black, 1.0, interface=AIR).status == Status.OK
