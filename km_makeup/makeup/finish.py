@@ -87,7 +87,7 @@ def _to_merge(finishes: Sequence[Finish], most: int) -> tuple[int, int] | None:
     return None
 
 
-def merged(finishes: Sequence[Finish], weights: Sequence[float] | None = None) -> Finish:
+def merged(finishes: Sequence[Finish], weights: Sequence[float] | NDArray | None = None) -> Finish:
     """The one finish that stands for several: slope variances and F0 by their weights."""
     shares = np.ones(len(finishes)) if weights is None else np.asarray(weights, float)
     shares = shares / shares.sum()
