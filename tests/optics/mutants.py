@@ -28,10 +28,11 @@ import pytest
 from _pytest.runner import runtestprotocol
 
 OWN_TESTS = {
+    "fitting": ("fitting", "fitting_prior"),
     "arrays": ("odd_input", "films"),
-    "sensitivity": ("inversion", "fitting"),
+    "sensitivity": ("inversion", "fitting", "fitting_prior"),
 }
-"""The tests of modules that have none of their name."""
+"""The tests of modules that have none of their name, or others beside it."""
 MEMORY = 4 << 30
 FAST = 0.6
 MANY = 250
