@@ -16,7 +16,7 @@ from ..jobs import BakeJob, EffectsJob, ExportJob, HeadJob, PlanJob, RenderJob, 
 from ..makeup import Look
 from ..makeup.book import Book
 from . import baking, exporting, lookbook, looks, makeup, register, rendering, studio, views
-from .doctor import Finding, examine
+from .doctor import Finding, examine, examine_scene
 from .facts import engine_of
 from .library import library
 from .reference import make_reference
@@ -32,10 +32,14 @@ def ensure_registered() -> None:
         register()
 
 
-def run_doctor() -> list[Finding]:
-    """Examine the installation."""
+def run_doctor(head: Path | None = None) -> list[Finding]:
+    """Examine the installation, and the scene of a head's file where one is given."""
     ensure_registered()
-    return examine()
+    found = examine()
+    if head is not None:
+        studio.open_head(head, None, None)
+        found += examine_scene(bpy.context.scene)
+    return found
 
 
 def run_render(job: RenderJob) -> RenderResult:

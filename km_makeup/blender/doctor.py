@@ -1,4 +1,4 @@
-"""A check of everything the extension stands on, with what to do where something is amiss."""
+"""A check of everything the extension stands on, and of a head's scene, with what to do where something is amiss."""
 
 from __future__ import annotations
 
@@ -34,6 +34,56 @@ def examine() -> list[Finding]:
         _try("products", _products),
         _try("computation", _computation),
     ]
+
+
+def examine_scene(scene: bpy.types.Scene) -> list[Finding]:
+    """Examine what in a scene makes pictures of a head slow without need."""
+    found = shadows_of_clear_surfaces(scene)
+    if not found:
+        return [Finding("shadows", True, "no clear surface casts one")]
+    named = ", ".join(f"{obj} (material {material})" for obj, material in found)
+    return [
+        Finding(
+            "shadows",
+            False,
+            f"{named}: clear, and casting shadows, for which EEVEE draws shadow maps anew in every sample, up to three "
+            "times the time of a picture. Where no shadow is wanted, as of a cornea or tears, turn off Object › Visibility "
+            "› Ray Visibility › Shadow, or Material › Settings › Transparent Shadows where the shadow may be solid.",
+        )
+    ]
+
+
+def shadows_of_clear_surfaces(scene: bpy.types.Scene) -> list[tuple[str, str]]:
+    """Objects and materials that EEVEE redraws shadows for in every sample: see-through, rendered, casting shadows."""
+    return [
+        (obj.name, slot.material.name)
+        for obj in scene.objects
+        if obj.type in DRAWN and not obj.hide_render and obj.visible_shadow
+        for slot in obj.material_slots
+        if slot.material and slot.material.use_transparent_shadow and _see_through(slot.material)
+    ]
+
+
+DRAWN = {"MESH", "CURVE", "CURVES", "SURFACE", "META", "POINTCLOUD"}
+
+
+def _see_through(material: bpy.types.Material) -> bool:
+    """Whether a material lets the eye through: a Transparent shader, or an alpha that is linked or below 1."""
+    return material.node_tree is not None and _lets_through(material.node_tree, set())
+
+
+def _lets_through(tree: bpy.types.NodeTree, seen: set[str]) -> bool:
+    seen.add(tree.name)
+    for node in tree.nodes:
+        if node.bl_idname == "ShaderNodeBsdfTransparent" and node.outputs[0].is_linked:
+            return True
+        alpha = node.inputs.get("Alpha")
+        if node.bl_idname == "ShaderNodeBsdfPrincipled" and alpha and (alpha.is_linked or alpha.default_value < 1):
+            return True
+        inner = getattr(node, "node_tree", None)
+        if inner is not None and inner.name not in seen and _lets_through(inner, seen):
+            return True
+    return False
 
 
 def _try(what: str, check: Callable[[], str]) -> Finding:

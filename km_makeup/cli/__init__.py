@@ -42,7 +42,7 @@ EXAMPLES = {
     "bake": "example:\n  km_makeup bake head.blend --look look.json --resolution 4096 --out textures",
     "export": "example:\n  km_makeup export head.blend --look look.json --out exported --gltf",
     "plan": "examples:\n  km_makeup plan head.blend\n  km_makeup plan head.blend --look look.json --engine cycles --tolerance 1 --json",
-    "doctor": "example:\n  km_makeup doctor",
+    "doctor": "example:\n  km_makeup doctor\n  km_makeup doctor head.blend",
 }
 
 
@@ -62,7 +62,12 @@ def parser() -> argparse.ArgumentParser:
     _export_parser(_command(commands, "export", "export a head with makeup as plain textures and glTF", _export))
     about = "list the effects that a head's pictures call for, with reasons"
     plan.add_arguments(_command(commands, "plan", about, plan.run))
-    _command(commands, "doctor", "check Blender, packages, products and a small computation", _doctor)
+    doctor = _command(
+        commands, "doctor", "check Blender, packages, products, a computation, and a head's file", _doctor
+    )
+    doctor.add_argument(
+        "head", nargs="?", help="also look for what makes pictures of this head's file slow without need"
+    )
     from ..accuracy.commands import add_accuracy_command
     from .looks import add_look_command
 
@@ -286,7 +291,7 @@ def _doctor(options: argparse.Namespace) -> int:
     with blender_aside():
         from ..blender.commands import run_doctor
 
-        findings = run_doctor()
+        findings = run_doctor(path_of(options.head) if options.head else None)
     if options.json:
         print(json.dumps([finding.__dict__ for finding in findings], indent=2))
     else:

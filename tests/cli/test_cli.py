@@ -380,6 +380,38 @@ def test_the_doctor_finds_all_well(run):
     assert all(f["good"] for f in findings)
 
 
+def test_the_doctor_warns_of_a_clear_surface_that_casts_shadows_and_of_no_other(run, files):
+    """A cornea over the head of the file: warned of; not where it casts no shadow, nor where shadows are solid."""
+    import bpy
+
+    code, out, _ = run("doctor", "FILES/head.blend", "--json")
+    assert code == 0 and json.loads(out)[-1] == {
+        "what": "shadows",
+        "good": True,
+        "detail": "no clear surface casts one",
+    }
+    bpy.ops.wm.open_mainfile(filepath=str(files / "head.blend"))
+    cornea, lashes = scenes.head("Cornea", radius=0.01), scenes.head("Lashes", radius=0.02)
+    clear = scenes.mixed("Clear", lambda tree: tree.nodes.new("ShaderNodeBsdfTransparent").outputs[0])
+    cornea.data.materials.append(clear)
+    cut = scenes.skin("Cut out")
+    scenes.principled_of(cut).inputs["Alpha"].default_value = 0.5
+    lashes.data.materials.append(cut)
+
+    def warned_of() -> str:
+        bpy.ops.wm.save_as_mainfile(filepath=str(files / "clear.blend"))
+        code, out, _ = run("doctor", "FILES/clear.blend", "--json")
+        finding = json.loads(out)[-1]
+        assert finding["what"] == "shadows" and finding["good"] == (code == 0)
+        return finding["detail"].partition(":")[0]
+
+    assert warned_of() == "Cornea (material Clear), Lashes (material Cut out)"
+    bpy.data.objects["Cornea"].visible_shadow = False
+    assert warned_of() == "Lashes (material Cut out)"
+    bpy.data.materials["Cut out"].use_transparent_shadow = False
+    assert warned_of() == "no clear surface casts one"
+
+
 @pytest.mark.parametrize("command", ["render", "bake", "doctor"])
 def test_every_command_shows_an_example_in_its_help(run, command):
     code, out, _ = run(command, "--help")
