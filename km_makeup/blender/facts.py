@@ -74,7 +74,7 @@ def facts_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> SceneFacts:
     facts = SceneFacts(
         layers,
         engines_of(obj, scene),
-        Switch(makeup.finish.lower()),
+        _finish(makeup),
         makeup.scattering == "SCREEN",
         makeup.highlight == "LAMPS",
         renders=engine_of(scene),
@@ -104,6 +104,13 @@ def facts_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> SceneFacts:
         textures=TextureFacts(size, where.texels_per_mm(size), makeup.resolution),
         meets=_meets(maps, present),
     )
+
+
+def _finish(makeup: bpy.types.PropertyGroup) -> Switch:
+    """Whether films have a highlight of their own: they must where only the skin's or only the films' are shown."""
+    if makeup.finish == "AUTO" and makeup.highlight_shown != "ALL":
+        return Switch.ON
+    return Switch(makeup.finish.lower())
 
 
 def _maps(obj: bpy.types.Object) -> dict[int, MapStatistics]:

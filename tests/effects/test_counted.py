@@ -36,3 +36,20 @@ def test_without_makeup_colour_science_is_not_imported(tmp_path):
     )
     ran = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
     assert ran.stdout.splitlines()[-1] == "False False", ran.stderr[-2000:]
+
+
+def test_a_film_that_shines_as_the_skin_keeps_its_highlight_where_one_of_them_is_shown_alone(tmp_path):
+    """Show: Skin and Show: Films must differ from All even where the plan would let the skin's highlight stand for both."""
+    import bpy
+
+    from km_makeup.blender.facts import facts_of
+    from km_makeup.effects import Switch
+
+    obj = counted._same_finish(tmp_path)
+    asked = {}
+    for shown in ("ALL", "SKIN", "FILMS"):
+        obj.km_makeup.highlight_shown = shown
+        asked[shown] = facts_of(obj, bpy.context.scene).finish
+    assert asked == {"ALL": Switch.AUTO, "SKIN": Switch.ON, "FILMS": Switch.ON}
+    obj.km_makeup.finish = "OFF"
+    assert facts_of(obj, bpy.context.scene).finish is Switch.OFF
