@@ -64,7 +64,7 @@ def main() -> int:
                 label = other.name
                 others.clear_sample()
                 head = others.load(other)
-                look = others.write_look(head, look, Path(folder) / other.name)
+                look = others.write_look(head, look, Path(folder) / other.name, other.albedo)
             for state in ("bare", options.look):
                 if state != "bare":
                     looks.apply_look(head, Look.load(look))

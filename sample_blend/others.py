@@ -115,8 +115,21 @@ def regions():
     }
 
 
-def write_maps(found, names: Iterable[str], folder: Path, size: int = 1024) -> None:
-    """Maps for another head that stand for the sample's of these names, as grey PNG files in ``folder``."""
+def hair_in(albedo: Path, size: int) -> np.ndarray:
+    """0..1 (size, size), top row first: how much an albedo shows hair, darker than the skin some way around it."""
+    from PIL import Image
+    from scipy.ndimage import gaussian_filter
+
+    grey = np.asarray(Image.open(albedo).convert("L").resize((size, size), Image.Resampling.BOX), float) / 255
+    lightness = gaussian_filter(grey, size / 700) / np.maximum(gaussian_filter(grey, size / 28), 1e-3)
+    return gaussian_filter(np.clip((0.88 - lightness) / 0.12, 0, 1), size / 700)
+
+
+def write_maps(found, names: Iterable[str], folder: Path, size: int = 1024, albedo: Path | None = None) -> None:
+    """Maps for another head that stand for the sample's of these names, as grey PNG files in ``folder``.
+
+    Where the skin's ``albedo`` shows hair no foundation lies: brows are painted there, and not where the sample's are.
+    """
     from PIL import Image
 
     from km_makeup.makeup.regions import RegionOptions, laid_on_pattern, masks
@@ -124,26 +137,28 @@ def write_maps(found, names: Iterable[str], folder: Path, size: int = 1024) -> N
     wanted = sorted(set(names) & set(regions()))
     laid = laid_on_pattern(landmarked(found), (size, size))
     folder.mkdir(parents=True, exist_ok=True)
-    options = RegionOptions(edge_mm=1.0, brows=False)
+    options = RegionOptions(edge_mm=1.0, brows=albedo is not None)
     for name, value in zip(wanted, masks([regions()[name] for name in wanted], laid, options), strict=True):
+        if name == "foundation" and albedo is not None:
+            value = value * (1 - 0.9 * hair_in(albedo, size)[::-1])
         Image.fromarray((value[::-1] * 255 + 0.5).astype(np.uint8), "L").save(folder / f"{name}.png")
 
 
-def write_look(found, look: Path, folder: Path) -> Path:
+def write_look(found, look: Path, folder: Path, albedo: Path | None = None) -> Path:
     """The sample's look for another head, with the layers that have a region there: the look file in ``folder``."""
     data = json.loads(look.read_text(encoding="utf-8"))
     data["layers"] = [layer for layer in data["layers"] if Path(layer["map"]).stem in regions()]
-    write_maps(found, [Path(layer["map"]).stem for layer in data["layers"]], folder / "maps")
+    write_maps(found, [Path(layer["map"]).stem for layer in data["layers"]], folder / "maps", albedo=albedo)
     (folder / look.name).write_text(json.dumps(data, indent=2), encoding="utf-8")
     return folder / look.name
 
 
-def write_rgb(found, path: Path, size: int = 1024) -> Path:
+def write_rgb(found, path: Path, size: int = 1024, albedo: Path | None = None) -> Path:
     """Foundation, blush and lips of another head, as the channels of one PNG."""
     from PIL import Image
 
     names = ("foundation", "blush", "lips")
-    write_maps(found, names, path.parent, size)
+    write_maps(found, names, path.parent, size, albedo)
     Image.merge("RGB", [Image.open(path.parent / f"{name}.png") for name in names]).save(path)
     return path
 
@@ -160,4 +175,4 @@ def clear_sample() -> None:
             bpy.data.objects.remove(item)
 
 
-__all__ = ["LEE", "MAKEHUMAN", "clear_sample", "landmarked", "load", "write_look", "write_rgb"]
+__all__ = ["LEE", "MAKEHUMAN", "clear_sample", "hair_in", "landmarked", "load", "write_look", "write_rgb"]

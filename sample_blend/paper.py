@@ -25,9 +25,9 @@ MAPS = HERE / "looks" / "maps"
 SPECTRA = ("foundation-light", "blush-rose", "lipstick-classic-red")
 COMBINATIONS = (  # foundation, lipstick, blush; as the paper's Figure 9 varies them
     ("foundation-fair", "lipstick-classic-red", "blush-rose"),
-    ("foundation-tan", "lipstick-classic-red", "blush-rose"),
-    ("foundation-tan", "lipstick-plum", "blush-berry"),
-    ("foundation-medium", "lipstick-plum", None),
+    ("foundation-medium", "lipstick-classic-red", "blush-rose"),
+    ("foundation-medium", "lipstick-plum", "blush-berry"),
+    ("foundation-fair", "lipstick-plum", None),
 )
 FOUNDATION_UM, BLUSH_UM, LIPSTICK_UM = 20.0, 7.0, 16.0
 THIN_UM = 6.0  # of Figure 3: by the paper's rule a thicker foundation leaves nothing of the skin's highlight
@@ -63,11 +63,6 @@ class Stage:
         return shot.path
 
 
-def everything(stage: Stage) -> list[Path]:
-    """All figures and the sheet of products; the sheets' files."""
-    return [*spectra(stage), highlights(stage), *faces(stage), products(stage)]
-
-
 def spectra(stage: Stage) -> list[Path]:
     """Figures 7 and 8: an SVG for each of three products."""
     made = []
@@ -78,17 +73,18 @@ def spectra(stage: Stage) -> list[Path]:
     return made
 
 
-def highlights(stage: Stage) -> Path:
-    """Figure 3: the skin's highlight only, the foundation's only, both, by the paper's rule of what a film leaves of it."""
+def highlights(stage: Stage) -> list[Path]:
+    """Figure 3: the skin's highlight only, the foundation's only, both: lamp by lamp and by the paper's rule, so in EEVEE."""
+    stage = replace(stage, engine=Engine.EEVEE)
     head = open_sample()
     layer = Layer("foundation-light", THIN_UM, str(MAPS / "foundation.png"), "R", 1.0)
     looks.apply_look(head, Look("Figure 3", (layer,)))
-    head.km_makeup.highlight_rule = "PAPER"
+    head.km_makeup.highlight, head.km_makeup.highlight_rule = "LAMPS", "PAPER"
     pictures = []
     for caption, shown in (("skin", "SKIN"), ("foundation", "FILMS"), ("both", "ALL")):
         head.km_makeup.highlight_shown = shown
         pictures.append((f"highlight of {caption}", stage.picture(f"figure-3-{caption}", "close-up")))
-    return sheets.contact_sheet(pictures, stage.out / "figure-3.png", columns=3)
+    return [sheets.contact_sheet(pictures, stage.out / "figure-3.png", columns=3)]
 
 
 def open_sample(skin: str = "light"):
@@ -102,7 +98,7 @@ def open_sample(skin: str = "light"):
 FOUNDATIONS = {"light": "foundation-fair", "medium": "foundation-tan", "deep": "foundation-deep"}
 
 
-def skins(stage: Stage, look: str = "evening") -> Path:
+def skins(stage: Stage, look: str = "evening") -> list[Path]:
     """Light, medium and deep skin, bare and with the same products; the foundation in each skin's shade."""
     bare, made_up = [], []
     worn = Look.load(HERE / "looks" / f"{look}.json")
@@ -112,10 +108,10 @@ def skins(stage: Stage, look: str = "evening") -> Path:
         layers = [replace(x, product=foundation) if x.product == "foundation-fair" else x for x in worn.layers]
         looks.apply_look(head, replace(worn, layers=tuple(layers)))
         made_up.append((f"{skin}, {look}", stage.picture(f"skin-{skin}-{look}", "three-quarter")))
-    return sheets.contact_sheet([*bare, *made_up], stage.out / "skins.png", columns=3)
+    return [sheets.contact_sheet([*bare, *made_up], stage.out / "skins.png", columns=3)]
 
 
-def light_setups(stage: Stage, look: str = "evening") -> Path:
+def light_setups(stage: Stage, look: str = "evening") -> list[Path]:
     """The three lights, front and three-quarter, made up."""
     head = open_sample()
     looks.apply_look(head, Look.load(HERE / "looks" / f"{look}.json"))
@@ -127,7 +123,7 @@ def light_setups(stage: Stage, look: str = "evening") -> Path:
         for view in ("front", "three-quarter"):
             caption = f"{name.removeprefix('Light ')}, {view}"
             pictures.append((caption, stage.picture(f"light-{caption.replace(', ', '-')}", view)))
-    return sheets.contact_sheet(pictures, stage.out / "lights.png", columns=6)
+    return [sheets.contact_sheet(pictures, stage.out / "lights.png", columns=6)]
 
 
 def combination(products: tuple[str | None, ...], rgb_map: Path) -> Look:
@@ -152,7 +148,7 @@ def faces(stage: Stage) -> list[Path]:
     others.clear_sample()
     head = others.load(others.LEE)
     with tempfile.TemporaryDirectory() as folder:
-        rgb_map = others.write_rgb(head, Path(folder) / "lee-rgb.png")
+        rgb_map = others.write_rgb(head, Path(folder) / "lee-rgb.png", albedo=others.LEE.albedo)
         pictures = _combined(stage, head, "figure-10", rgb_map, (COMBINATIONS[0], COMBINATIONS[3]))
     return [*made, sheets.contact_sheet(pictures, stage.out / "figure-10.png", columns=4)]
 
@@ -183,7 +179,7 @@ def _map_picture(stage: Stage, figure: str, rgb_map: Path) -> Path:
     return path
 
 
-def products(stage: Stage, columns: int = 10) -> Path:
+def products(stage: Stage, columns: int = 8) -> list[Path]:
     """Every shipped product alone on the face."""
     head = open_sample()
     small = replace(stage, size=tuple(max(1, round(0.55 * n)) for n in stage.size))
@@ -193,4 +189,29 @@ def products(stage: Stage, columns: int = 10) -> Path:
         looks.apply_look(head, Look(product.name, (Layer(product.id, thickness, str(MAPS / f"{name}.png")),)))
         pictures.append((product.name, small.picture(f"product-{product.id}", "close-up")))
     makeup.remove(head)
-    return sheets.contact_sheet(pictures, stage.out / "products.png", columns=columns)
+    return [sheets.contact_sheet(pictures, stage.out / "products.png", columns=columns)]
+
+
+def _close_ups(stage: Stage) -> list[Path]:
+    from close_ups import close_ups
+
+    return close_ups(stage)
+
+
+def _relief(stage: Stage) -> list[Path]:
+    from close_ups import relief
+
+    return relief(stage)
+
+
+PARTS: dict[str, Callable[[Stage], list[Path]]] = {
+    "skins": skins,
+    "lights": light_setups,
+    "spectra": spectra,
+    "highlights": highlights,
+    "faces": faces,
+    "products": products,
+    "close-ups": _close_ups,
+    "relief": _relief,
+}
+"""Sheets by name: each renders its pictures and returns the sheets' files."""

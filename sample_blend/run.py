@@ -1,6 +1,7 @@
 """The main job: the sample head, bare and in its looks, in EEVEE and one look in Cycles, with times and a sheet.
 
-With --lookbook all six looks, the three skins and the three lights; with --paper the figures of Huang et al. 2013 and a sheet of every product.
+With --lookbook all six looks, the three skins and the three lights; with --paper the figures of Huang et al. 2013 and a sheet of every product;
+with --close-ups lips, a lid, nose, cheek and an ear, bare and made up, at four pixels and more a pore.
 """
 
 from __future__ import annotations
@@ -19,6 +20,9 @@ sys.path.insert(0, str(HERE))
 
 LOOKS = ("day", "evening")
 CYCLES_LOOK = "evening"
+LOOKBOOK_PARTS = ("looks", "skins", "lights")
+PAPER_PARTS = ("spectra", "highlights", "faces", "products")
+CLOSE_PARTS = ("close-ups", "relief")
 LOOKBOOK = ("bare", "day", "evening", "stage", "editorial", "bridal")
 
 
@@ -47,8 +51,14 @@ def arguments() -> argparse.Namespace:
         "--lookbook", action="store_true", help="all six looks, three skins and three lights, a sheet each"
     )
     parser.add_argument("--paper", action="store_true", help="the paper's Figures 3 and 7 to 10, and every product")
+    parser.add_argument("--close-ups", action="store_true", help="lips, lid, nose, cheek, ear, bare and made up")
     parser.add_argument(
-        "--engine", choices=("eevee", "cycles"), default="cycles", help="of --lookbook and --paper (default: cycles)"
+        "--only",
+        metavar="PARTS",
+        help=f"parts of these sheets, with commas: {', '.join((*LOOKBOOK_PARTS, *PAPER_PARTS, *CLOSE_PARTS))}",
+    )
+    parser.add_argument(
+        "--engine", choices=("eevee", "cycles"), default="cycles", help="of these sheets (default: cycles)"
     )
     return parser.parse_args()
 
@@ -59,7 +69,7 @@ def main() -> int:
     from km_makeup.errors import MakeupError
 
     try:
-        if options.paper or options.lookbook:
+        if options.paper or options.lookbook or options.close_ups or options.only:
             return more(options)
         return run(options)
     except MakeupError as error:
@@ -68,8 +78,9 @@ def main() -> int:
 
 
 def more(options: argparse.Namespace) -> int:
-    """The six looks, the paper's figures, or both."""
+    """The six looks, the paper's figures, close-ups, or parts of these."""
     start = time.perf_counter()
+    parts = _parts(options)
     import paper
 
     from km_makeup import blender
@@ -85,7 +96,7 @@ def more(options: argparse.Namespace) -> int:
     stage = paper.Stage(
         engine, (int(width), int(height)), samples, ensure_folder(Path(options.out)), lambda text: say(text, start)
     )
-    if options.lookbook:
+    if "looks" in parts:
         head, pictures = paper.open_sample(), []
         for name in LOOKBOOK:
             look = Look.load(HERE / "looks" / f"{name}.json")
@@ -95,13 +106,29 @@ def more(options: argparse.Namespace) -> int:
         for sheet in [stage.out / "looks.png", *([HERE / "looks.png"] if options.readme else [])]:
             sheets.contact_sheet(pictures, sheet, columns=len(pictures))
             say(f"wrote {sheet.name}", start)
-    if options.lookbook:
-        sheets_made = [paper.skins(stage), paper.light_setups(stage)]
-        say(f"wrote {', '.join(path.name for path in sheets_made)}", start)
-    if options.paper:
-        made = paper.everything(stage)
-        say(f"wrote {', '.join(path.name for path in made)}", start)
+    for part in parts:
+        if part != "looks":
+            say(f"wrote {', '.join(path.name for path in paper.PARTS[part](stage))}", start)
     return 0
+
+
+def _parts(options: argparse.Namespace) -> list[str]:
+    """Which sheets are asked for; MakeupError where one is not known."""
+    from km_makeup.errors import MakeupError
+
+    known = (*LOOKBOOK_PARTS, *PAPER_PARTS, *CLOSE_PARTS)
+    chosen = [part.strip() for part in (options.only or "").split(",") if part.strip()]
+    for part in chosen:
+        if part not in known:
+            raise MakeupError(f"--only {part}: there is no such part; choose of {', '.join(known)}.")
+    if chosen:
+        return chosen
+    wanted = (
+        (options.lookbook, LOOKBOOK_PARTS),
+        (options.paper, PAPER_PARTS),
+        (options.close_ups, CLOSE_PARTS),
+    )
+    return [part for asked, these in wanted if asked for part in these]
 
 
 def run(options: argparse.Namespace) -> int:

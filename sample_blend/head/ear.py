@@ -66,8 +66,10 @@ def hollow(p: np.ndarray) -> np.ndarray:
     """0..1 at points (n, 3) in mm on the ear's front: how far they lie in concha and fossae, where little light comes."""
     q = p - CENTRE
     flat = np.column_stack([q @ BACK, q @ UP])
-    crest = np.maximum(relief(flat * 0.8 + [1.5, 1.0]), 3.5)
-    return np.clip((crest - relief(flat) - 1.0) / 5.0, 0, 1) * (np.abs(q @ OUT - relief(flat)) < 1.5)
+    depth = np.clip((3.2 - relief(flat)) / 6.5, 0, 1)
+    within = np.clip(1.35 - np.linalg.norm((flat - [2.5, 1.0]) / [11.5, 20.0], axis=-1), 0, 1) / 0.35
+    front = np.clip(2.0 - np.abs(q @ OUT - relief(flat)) / 1.5, 0, 1)
+    return depth * np.minimum(within, 1) * front
 
 
 def add(half: Half) -> None:

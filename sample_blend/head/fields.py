@@ -43,6 +43,18 @@ def face(atlas: Atlas) -> np.ndarray:
     return jaw * hair * ear
 
 
+def neck_lines(atlas: Atlas) -> np.ndarray:
+    """1 in the two creases around the front of the neck, which rise to its sides and run out there."""
+    x, y, z = np.moveaxis(atlas.position, -1, 0)
+    angle = np.arctan2(x, z + 22)
+    out = np.zeros_like(x)
+    for height, depth, phase in ((-127.0, 0.8, 0.4), (-148.0, 1.0, 2.1)):
+        line = height + 9.0 * (1 - np.cos(angle)) + 0.9 * np.sin(3.1 * angle * atlas.side + phase)
+        run = smooth(angle + 0.15 * np.sin(phase) * atlas.side, 1.15, 0.45)
+        out = np.maximum(out, depth * run * np.exp(-0.5 * ((y - line) / 0.85) ** 2))
+    return out * (z > -22)
+
+
 def lid_frame(atlas: Atlas) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """A frame for the eye's makeup: along, height, share of the crease's height, and where it holds.
 

@@ -61,7 +61,7 @@ def _unit(v: np.ndarray) -> np.ndarray:
     return v / np.linalg.norm(v, axis=-1, keepdims=True)
 
 
-def scalp(count: int = 2600, points: int = 8, seed: int = 11) -> Strands:
+def scalp(count: int = 3400, points: int = 8, seed: int = 11) -> Strands:
     """What shows of the hair below the cloth: short strands from the hairline, combed up and back under it."""
     rng = np.random.default_rng(seed)
     angle = np.where(rng.random(count) < 0.6, rng.uniform(40, 84, count), rng.uniform(112, 180, count))
@@ -143,7 +143,7 @@ def lashes(half: Half, seed: int = 31, points: int = 8) -> Strands:
     upper, lower = ring[: n // 2 + 1], np.vstack([ring[n // 2 :], ring[:1]])[::-1]
     sets = []
     t = np.linspace(0, 1, points)
-    for line, count, sign, size in ((upper, 230, 1.0, 9.2), (lower, 70, -1.0, 3.2)):
+    for line, count, sign, size in ((upper, 220, 1.0, 10.2), (lower, 80, -1.0, 3.6)):
         s = np.sort(rng.uniform(0.12, 0.99, count))
         clump = np.round(s * count / 4.2 + rng.normal(0, 0.25, count)).astype(int)  # three to five lean together
         heart = np.array([s[clump == c].mean() for c in clump])
@@ -162,7 +162,7 @@ def lashes(half: Half, seed: int = 31, points: int = 8) -> Strands:
         p = root[:, None] + way[:, None] * (t * (1 - 0.22 * t))[None, :, None] * length[:, None, None]
         p[..., 1] += curl[None] * length[:, None]
         p[..., 0] += (0.55 * (heart - s) * 29)[:, None] * (t**1.5)[None]  # tips of a clump meet
-        radii = np.interp(t, [0, 0.35, 1], [0.105, 0.090, 0.010])[None].repeat(count, 0) * (1.0 if sign > 0 else 0.55)
+        radii = np.interp(t, [0, 0.35, 1], [0.088, 0.076, 0.008])[None].repeat(count, 0) * (1.0 if sign > 0 else 0.55)
         sets.append((p, radii, np.tile([[0.0, 0.35 * sign, 1.0]], (count, 1))))
     return Strands(*(np.vstack(parts) for parts in zip(*sets, strict=True)))
 

@@ -13,7 +13,8 @@ from .atlas import Atlas
 
 def drawn(atlas: Atlas) -> dict[str, np.ndarray]:
     """Every map by name, (size, size) in 0..1."""
-    lips = fields.lips(atlas) * (1 - fields.smooth(atlas.rings["mouth"], 2.0, 2.4))
+    lips = fields.lips(atlas) * (1 - fields.smooth(atlas.rings["mouth"], 1.88, 2.04))
+    lips = lips * _worn(atlas)
     bare = (1 - fields.lips(atlas)) * (1 - fields.eye_opening(atlas)) * (1 - fields.nostril_opening(atlas))
     free = bare * (1 - 0.85 * fields.brow(atlas))  # base products are wiped off the brows
     return {
@@ -34,6 +35,16 @@ def drawn(atlas: Atlas) -> dict[str, np.ndarray]:
     }
 
 
+def _worn(atlas: Atlas) -> np.ndarray:
+    """A lipstick's thickness as a bullet lays it, 0.35 to 1: thick on the ridges between creases, thin in them and at the wet line."""
+    from .textures import lip_creases
+
+    crease = fields.smooth(lip_creases(atlas), -1.7, 0.5)
+    ring = atlas.rings["mouth"]
+    middle = 1 - 0.30 * fields.smooth(ring, 1.55, 1.95) - 0.20 * fields.smooth(ring, 1.22, 1.0)
+    return (0.6 + 0.4 * crease) * middle
+
+
 # product, thickness (um) where the map is white, map, strength; bottom to top
 LOOKS = {
     "bare": [("foundation-fair", 5.0, "foundation", 0.6)],
@@ -47,22 +58,22 @@ LOOKS = {
     ],
     "evening": [
         ("foundation-fair", 14.0, "foundation", 0.95),
-        ("bronzer-warm", 4.0, "contour", 0.55),
-        ("blush-rose", 5.0, "blush", 0.5),
+        ("bronzer-warm", 3.0, "contour", 0.5),
+        ("blush-peach", 5.0, "blush", 0.5),
         ("eyeshadow-bronze", 12.0, "lids-smoke", 0.85),
         ("eyeliner-black", 12.0, "liner", 0.95),
         ("brow-brown", 4.0, "brows", 0.7),
-        ("lipstick-classic-red", 18.0, "lips", 1.0),
+        ("lipstick-classic-red", 8.0, "lips", 1.0),
     ],
     "stage": [
         ("foundation-fair", 40.0, "foundation", 1.0),
         ("bronzer-warm", 6.0, "contour", 0.6),
-        ("blush-berry", 6.0, "blush", 0.5),
+        ("blush-rose", 5.0, "blush", 0.55),
         ("eyeshadow-plum", 18.0, "lids-smoke", 0.9),
         ("highlighter-champagne", 6.0, "highlight", 0.8),
         ("eyeliner-black", 20.0, "liner", 1.0),
         ("brow-brown", 8.0, "brows", 0.9),
-        ("lipstick-berry", 25.0, "lips", 1.0),
+        ("lipstick-berry", 18.0, "lips", 1.0),
     ],
     "editorial": [
         ("foundation-fair", 12.0, "foundation", 0.9),

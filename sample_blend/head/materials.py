@@ -88,8 +88,8 @@ def _relief(nodes: _Nodes, shader, detail) -> None:
         "ShaderNodeTexNoise", Vector=where, Scale=520.0, Detail=3.0, Roughness=0.62
     )  # furrows of 0.2-2 mm
     pores = nodes.math("MULTIPLY", pit.outputs[0], split.outputs[2])
-    pores = nodes.math("MULTIPLY", pores, 0.080)
-    uneven = nodes.math("MULTIPLY", folds.outputs[0], 0.165)
+    pores = nodes.math("MULTIPLY", pores, 0.115)
+    uneven = nodes.math("MULTIPLY", folds.outputs[0], 0.19)
     uneven = nodes.math("MULTIPLY", uneven, nodes.math("MULTIPLY_ADD", split.outputs[2], 0.75, 0.25))
     creases = nodes.math("MULTIPLY", split.outputs[1], 0.4)
     height = nodes.math("ADD", nodes.math("ADD", creases, pores), uneven)
@@ -144,18 +144,33 @@ def plain(name: str, colour, roughness: float, level: float = 0.35) -> bpy.types
     return material
 
 
-CLOTH = (0.155, 0.185, 0.225)
+CLOTH = (0.110, 0.150, 0.205)
+STRIPE = (0.46, 0.45, 0.43)
+
+
+def _stripe(nodes: _Nodes, across, middle: float, width: float):
+    """1 on a stripe of so many metres in every repeat of 13 mm, soft by a thread."""
+    away = nodes.math("ABSOLUTE", nodes.math("SUBTRACT", nodes.math("WRAP", across, 0.013, 0.0), middle))
+    edge = nodes.add("ShaderNodeMapRange", Value=away)
+    edge.interpolation_type = "SMOOTHSTEP"
+    for name, value in (("From Min", width / 2 + 2e-4), ("From Max", width / 2 - 2e-4)):
+        edge.inputs[name].default_value = value
+    return edge.outputs[0]
 
 
 def cloth() -> bpy.types.Material:
-    """Soft cotton: matt, with a fine knit."""
+    """Woven cotton: matt, a fine nap, threads along the band, light stripes woven in. UV is metres along and across."""
     material, shader = new("Cloth")
     nodes = _Nodes(material.node_tree)
-    where = nodes.add("ShaderNodeTexCoord").outputs["Object"]
-    knit = nodes.add("ShaderNodeTexNoise", Vector=where, Scale=900.0, Detail=2.0, Roughness=0.7)
-    broad = nodes.add("ShaderNodeTexNoise", Vector=where, Scale=110.0, Detail=2.0)
-    height = nodes.math("MULTIPLY_ADD", broad.outputs[0], 2.6, nodes.math("MULTIPLY", knit.outputs[0], 0.4))
-    bump = nodes.add("ShaderNodeBump", Strength=1.0, Distance=0.0009, Height=height)
+    uv = nodes.add("ShaderNodeUVMap")
+    uv.uv_map = "UVMap"
+    split = nodes.add("ShaderNodeSeparateXYZ", Vector=uv.outputs["UV"])
+    threads = nodes.add("ShaderNodeVectorMath")
+    threads.operation = "MULTIPLY"
+    nodes.feed(threads.inputs[0], uv.outputs["UV"])
+    threads.inputs[1].default_value = (160.0, 1300.0, 1.0)
+    knit = nodes.add("ShaderNodeTexNoise", Vector=threads.outputs[0], Scale=1.0, Detail=2.0, Roughness=0.7)
+    bump = nodes.add("ShaderNodeBump", Strength=1.0, Distance=0.0005, Height=knit.outputs[0])
     _over_a_pixel(bump)
     nodes.feed(shader.inputs["Normal"], bump.outputs["Normal"])
     shade = nodes.add("ShaderNodeMix", Factor=knit.outputs[0])
@@ -163,7 +178,16 @@ def cloth() -> bpy.types.Material:
     shade.inputs[6].default_value = (*(0.72 * c for c in CLOTH), 1)
     shade.inputs[7].default_value = (*(1.24 * c for c in CLOTH), 1)
     nodes.feed(shade.inputs[0], knit.outputs[0])
-    nodes.feed(shader.inputs["Base Color"], shade.outputs[2])
+    across = split.outputs["Y"]
+    wide, fine = _stripe(nodes, across, 0.0040, 0.0022), _stripe(nodes, across, 0.0074, 0.0008)
+    woven = nodes.add("ShaderNodeMix")
+    woven.data_type = "RGBA"
+    nodes.feed(woven.inputs[0], nodes.math("MULTIPLY", nodes.math("MAXIMUM", wide, fine), 0.55))
+    nodes.feed(woven.inputs[6], shade.outputs[2])
+    woven.inputs[7].default_value = (*STRIPE, 1)
+    nodes.feed(shader.inputs["Base Color"], woven.outputs[2])
+    shader.inputs["Sheen Weight"].default_value = 0.30
+    shader.inputs["Sheen Roughness"].default_value = 0.45
     shader.inputs["Roughness"].default_value = 0.9
     shader.inputs["Specular IOR Level"].default_value = 0.15
     return material

@@ -192,18 +192,28 @@ def _eye(b: Builder, block) -> None:
         ])
         for o in outer
     ]  # fmt: skip
-    count = 16
+    count, fold = 16, 9  # one ring lies in the lid's crease, which rings across it would cut into teeth
+    fold_t = (fold / count) ** 0.85
+    xy = surface.curve(anatomy.CREASE, len(up))
+    away = np.linspace(0, 1, len(up))[:, None]
+    away = np.minimum(1, np.minimum(away, 1 - away) / 0.15)
+    folded = _lerp(_lerp(edge[0], outer[0], fold_t), np.column_stack([xy, surface.drop(xy)]), away)
     lists = [], [], [], [], []
     for k in range(1, count + 1):
         t = (k / count) ** 0.85
-        _collect(lists, _lerp(edge[0], outer[0], t), _lerp(edge[1], outer[1], t),
+        above = (
+            _lerp(edge[0], folded, t / fold_t) if k <= fold else _lerp(folded, outer[0], (t - fold_t) / (1 - fold_t))
+        )
+        _collect(lists, above, _lerp(edge[1], outer[1], t),
                  (_lerp(edge_uv[0], open_uv[0], t), _lerp(edge_uv[1], open_uv[1], t)), k == count, k / count)  # fmt: skip
     middle = (open_uv[0].mean(0) + open_uv[1].mean(0)) / 2
     for k, (step, shrink) in enumerate(zip((rim, deep, back), (0.18, 0.42, 0.6))):
         uv = tuple(_lerp(u, [u[:, 0].mean(), middle[1]] + (u - u.mean(0)) * [1, 0], shrink) for u in open_uv)
         uv = tuple(_lerp(u, middle, 0.06 * (k + 1)) for u in uv)
         _collect(lists, step[0], step[1], uv, True, 1 + 0.3 * (k + 1))
-    b.rings(block, *lists[:3], lists[3], REGIONS.index("eye"), lists[4])
+    made = b.rings(block, *lists[:3], lists[3], REGIONS.index("eye"), lists[4])
+    for vertex, share in zip(made[fold], away[:, 0]):
+        b.half.fixed[vertex] = bool(share == 1)
 
 
 def _collect(lists, up, low, uv, pin, number) -> None:
@@ -288,11 +298,11 @@ def _nostril(b: Builder, block) -> None:
     for k, t in enumerate((0.45, 0.8, 1.0)):
         uv = tuple(_lerp(e, _lerp(middle, e, 0.45), t) for e in edge_uv)
         _collect(lists, _lerp(edge[0], rim[0], t), _lerp(edge[1], rim[1], t), uv, k == 2, t)
-    for k, (rise, size) in enumerate(((1.2, 0.97), (4.0, 1.05), (8.0, 0.8))):
+    for k, (rise, size) in enumerate(((0.3, 0.90), (1.2, 0.81), (3.2, 0.80), (8.0, 0.6))):
         centre = (rim[0].mean(0) + rim[1].mean(0)) / 2
         deep = [centre + (r - centre) * size - normal * rise + np.array([-0.05, 0, -0.15]) * rise for r in rim]
-        uv = tuple(_lerp(e, _lerp(middle, e, 0.45 - 0.12 * (k + 1)), 1) for e in edge_uv)
-        _collect(lists, deep[0], deep[1], uv, True, 1 + 0.3 * (k + 1))
+        uv = tuple(_lerp(e, _lerp(middle, e, 0.45 - 0.10 * (k + 1)), 1) for e in edge_uv)
+        _collect(lists, deep[0], deep[1], uv, True, 1 + 0.25 * (k + 1))  # a rounded rim, then the passage
     made = b.rings(block, *lists[:3], lists[3], REGIONS.index("nostril"), lists[4])
     last = made[-1]
     h = len(last) // 2

@@ -145,8 +145,9 @@ def hair(half: Half) -> None:
     ):
         points, quads = made.ribbons()
         mesh_object(name, metres(anatomy.unevenness(points)), quads).data.materials.append(material)
-    points, quads = wrap.cloth()
-    made = mesh_object("Cloth", metres(anatomy.unevenness(points)), quads)
+    points, quads, flat = wrap.cloth()
+    uv = [[tuple(flat[v]) for v in quad] for quad in quads]
+    made = mesh_object("Cloth", metres(anatomy.unevenness(points)), quads, uv)
     made.data.materials.append(materials.cloth())
 
 
@@ -185,9 +186,9 @@ def lights() -> None:
     studio = _lights("Light studio", True)
     _area(studio, "Key", (-0.50, -1.12, 0.46), FACE, 0.45, 20.0)
     _area(studio, "Fill", (0.55, -1.0, -0.25), FACE, 0.70, 3.4)
-    _area(studio, "Strip left", (0.80, 0.62, 0.35), (0, 0, -0.02), 0.45, 6.0)
-    # large: a small one is a spark on lips at the corner of the mouth
-    _area(studio, "Strip right", (-0.80, 0.65, 0.25), (0, 0, -0.02), 0.90, 4.0)
+    # large and dim: a small one is a spark at the corner of the mouth, a bright one a white patch on the temple
+    _area(studio, "Strip left", (0.80, 0.70, 0.35), (0, 0, -0.02), 0.75, 3.6)
+    _area(studio, "Strip right", (-0.80, 0.72, 0.25), (0, 0, -0.02), 0.90, 3.2)
     window = _lights("Light window", False)
     _area(window, "Window", (-1.15, -0.85, 0.35), FACE, 1.1, 38.0, (0.93, 0.97, 1.0))
     _area(window, "Wall", (1.3, -0.9, 0.1), FACE, 1.4, 9.0, (1.0, 0.94, 0.88))
@@ -233,17 +234,22 @@ CAMERAS = {
 }
 
 
+def camera(name: str, location, target, lens: float) -> bpy.types.Object:
+    """A camera in the scene, upright, of a sensor 36 mm high; places in metres, focal length in mm."""
+    data = bpy.data.cameras.new(name)
+    data.sensor_fit, data.sensor_height, data.sensor_width = "VERTICAL", 36.0, 28.8
+    data.lens = lens
+    data.clip_start, data.clip_end = 0.01, 20.0
+    item = bpy.data.objects.new(name, data)
+    _aim(item, location, target)
+    bpy.context.scene.collection.objects.link(item)
+    return item
+
+
 def cameras() -> None:
-    scene = bpy.context.scene
-    for name, (location, target, lens) in CAMERAS.items():
-        data = bpy.data.cameras.new(name)
-        data.sensor_fit, data.sensor_height, data.sensor_width = "VERTICAL", 36.0, 28.8
-        data.lens = lens
-        data.clip_start, data.clip_end = 0.01, 20.0
-        item = bpy.data.objects.new(name, data)
-        _aim(item, location, target)
-        scene.collection.objects.link(item)
-    scene.camera = bpy.data.objects["front"]
+    for name, place in CAMERAS.items():
+        camera(name, *place)
+    bpy.context.scene.camera = bpy.data.objects["front"]
 
 
 def settings() -> None:
@@ -287,4 +293,4 @@ def save(path: Path) -> None:
     bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True, copy=False)
 
 
-__all__ = ["cameras", "eyes", "hair", "head", "lights", "opening", "picture", "save", "settings"]
+__all__ = ["camera", "cameras", "eyes", "hair", "head", "lights", "opening", "picture", "save", "settings"]

@@ -222,7 +222,7 @@ def _furrows() -> tuple[tuple[np.ndarray, float, np.ndarray], ...]:
     clavicle = laid([(9, -200, 30), (40, -203, 32), (80, -200, 12), (125, -198, -20)], 18)
     above = laid([(28, -190, 16), (55, -190, 8), (85, -188, -10)], 14)
     return (
-        (crease, 0.8, _ends(28, 2.1)),
+        (crease, 0.95, _ends(28, 1.9)),
         (fold, 2.1, _ends(28, -1.5)),
         (alar, 1.05, _ends(18, 2.4)),
         (laid(philtrum, 8), 2.0, np.full(8, 0.85)),

@@ -67,6 +67,10 @@ def _blood(atlas: Atlas, seed: int) -> np.ndarray:
     blood += 0.0042 * around + 0.0030 * fields.blob(atlas, (24, -9, 78), (8, 5, 9))
     blood += 0.022 * fields.eye_opening(atlas)
     blood += 0.006 * fields.smooth(z, 12, -2) * fields.smooth(x, 64, 70)  # ears
+    _, y, _ = np.moveaxis(atlas.position, -1, 0)
+    neck = fields.smooth(y, -108, -135)
+    blood += 0.0028 * fields.smooth(y, -140, -185) + 0.0012 * fields.neck_lines(atlas)
+    blood *= 1 + 0.16 * neck * _cloud(atlas, 7.0, seed + 11)
     mottle = (
         0.05 * _cloud(atlas, 11.0, seed) + 0.09 * _cloud(atlas, 4.0, seed + 1) + 0.09 * _cloud(atlas, 1.6, seed + 2)
     )
@@ -123,8 +127,8 @@ def albedo(atlas: Atlas, chromophores: Path, melanin: float = SKINS["light"], se
     rgb = pigment.colour_of(mel, blood, pigment.table(chromophores))
     mouth = fields.smooth(atlas.rings["mouth"], 1.80, 2.25)[..., None]
     rgb = rgb * (1 - mouth) + mouth * rgb * [0.42, 0.20, 0.18]
-    deep = fields.smooth(atlas.rings["nostril"], 0.86, 1.35)[..., None]
-    rgb = rgb * (1 - deep * [0.78, 0.92, 0.94])
+    deep = fields.smooth(atlas.rings["nostril"], 0.90, 1.75)[..., None]  # from red at the rim to dark within
+    rgb = rgb * (1 - deep * [0.60, 0.82, 0.86])
     wet = (fields.smooth(atlas.rings["eye"], 0.99, 1.08) * (atlas.position[..., 1] < 1.0))[
         ..., None
     ]  # the lower margin
@@ -137,7 +141,7 @@ def albedo(atlas: Atlas, chromophores: Path, melanin: float = SKINS["light"], se
     shade = (0.34 * fields.brow(atlas))[..., None]
     rgb = rgb * (1 - shade) + shade * np.array([0.055, 0.033, 0.022])
     inside = hair.inside_hairline(atlas.position.reshape(-1, 3)).reshape(n, n)
-    root = np.clip(fields.smooth(inside, -5, 14) * (1 + 0.4 * _cloud(atlas, 1.2, seed + 9)), 0, 1)
+    root = np.clip(fields.smooth(inside, -5, 14) * (1 + 0.15 * _cloud(atlas, 1.2, seed + 9)), 0, 1)
     root = (0.66 * root * (atlas.rings["eye"] == 0))[..., None] * ~_on_ear(atlas)[..., None]
     rgb = rgb * (1 - root) + root * np.array([0.032, 0.019, 0.012])
     return srgb(rgb)
@@ -150,9 +154,23 @@ def _on_ear(atlas: Atlas) -> np.ndarray:
     return (row > 0.9 * n) & (np.abs(column - n / 2) > 0.38 * n)
 
 
+def lip_creases(atlas: Atlas, seed: int = 40) -> np.ndarray:
+    """The lips' upright creases: their height over the lip (size, size), about unit size, at most 1.1, deeper below."""
+    from scipy.ndimage import gaussian_filter1d
+
+    rng = np.random.default_rng(seed + 1)
+    x, y, _ = np.moveaxis(atlas.position, -1, 0)
+    along = x * atlas.side * (1 + 0.012 * np.abs(y + 60.5)) + 0.25 * _cloud(atlas, 2.5, seed + 2)
+    crease = np.zeros(x.shape, np.float32)
+    for width, height in ((0.28, 0.45), (0.6, 0.60), (1.3, 0.60)):
+        line = gaussian_filter1d(rng.standard_normal(4096), width / 0.02)
+        line = line / line.std()
+        crease += height * np.interp(along, (np.arange(4096) - 2048) * 0.02, np.minimum(line, 0.6)).astype(np.float32)
+    return crease
+
+
 def detail(atlas: Atlas, seed: int = 40) -> np.ndarray:
     """Bytes (size, size, 3), not colour: roughness, height of creases (0.5 is flat, 0.4 mm in all), strength of pores."""
-    n = atlas.size
     x, y, _ = np.moveaxis(atlas.position, -1, 0)
     lips, lid = fields.lips(atlas), (atlas.rings["eye"] > 0) * fields.smooth(atlas.rings["eye"], 0.3, 0.8)
     oily = (
@@ -164,23 +182,19 @@ def detail(atlas: Atlas, seed: int = 40) -> np.ndarray:
         0.52 - 0.10 * np.clip(oily, 0, 1) - 0.04 * fields.cheek(atlas) - 0.06 * lid + 0.02 * _cloud(atlas, 5.0, seed)
     )
     rough = rough * (1 - lips) + lips * 0.31
-    wet = np.clip(fields.smooth(atlas.rings["mouth"], 1.7, 2.0) + fields.eye_opening(atlas), 0, 1)
+    inside = fields.smooth(atlas.rings["mouth"], 1.86, 2.0)  # between the lips no sheen: EEVEE has nothing to shade it
+    rough = rough * (1 - inside) + 0.95 * inside
+    wet = fields.eye_opening(atlas)
     rough = rough * (1 - wet) + 0.2 * wet
+    wet = np.clip(wet + inside, 0, 1)
     corner = fields.smooth(x, 19.0, 23.0) * fields.smooth(atlas.rings["mouth"], 0.5, 0.9)  # dry: no spark there
     rough = rough * (1 - corner) + 0.8 * corner
     inside = fields.nostril_opening(atlas)
     rough = rough * (1 - inside) + 0.9 * inside
-    rng = np.random.default_rng(seed + 1)
-    from scipy.ndimage import gaussian_filter1d
-
-    along = x * atlas.side * (1 + 0.012 * np.abs(y + 60.5)) + 0.25 * _cloud(atlas, 2.5, seed + 2)
-    crease = np.zeros((n, n), np.float32)
-    for width, height in ((0.28, 0.45), (0.6, 0.55), (1.3, 0.35)):
-        line = gaussian_filter1d(rng.standard_normal(4096), width / 0.02)
-        line = line / line.std()
-        crease += height * np.interp(along, (np.arange(4096) - 2048) * 0.02, np.minimum(line, 0.6)).astype(np.float32)
+    crease = lip_creases(atlas, seed)
     inner = fields.smooth(atlas.rings["mouth"], 1.0, 1.25) * (1 - 0.4 * fields.smooth(atlas.rings["mouth"], 1.5, 1.9))
-    height = 0.24 * lips * inner * crease
+    height = 0.30 * lips * inner * crease
+    height -= 0.40 * fields.neck_lines(atlas)
     under = fields.blob(atlas, (31, -11, 78), (12, 4, 8))
     height += 0.05 * under * np.sin(1.3 * _cloud(atlas, 3.0, seed + 3) + (y + 0.12 * x) * 4.0)
     pores = 0.45 + 0.55 * np.clip(oily + fields.cheek(atlas), 0, 1)

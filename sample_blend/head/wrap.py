@@ -34,6 +34,9 @@ RIM = np.array(
 )
 
 
+Sheet = tuple[np.ndarray, list[tuple[int, ...]], np.ndarray]
+
+
 def _unit(v: np.ndarray) -> np.ndarray:
     return v / np.linalg.norm(v, axis=-1, keepdims=True)
 
@@ -59,8 +62,8 @@ def _ear(p: np.ndarray) -> np.ndarray:
     return 13.0 * np.exp(-0.5 * d2) * (np.abs(p[..., 0]) > 40)
 
 
-def _band(rng: np.random.Generator, lift: float, along: int = 170, across: int = 64) -> tuple[np.ndarray, list]:
-    """One band: points (along * across, 3) in mm and quads."""
+def _band(rng: np.random.Generator, lift: float, along: int = 170, across: int = 64) -> Sheet:
+    """One band: points (along * across, 3) in mm, quads, and UV in metres of cloth along and across."""
     t = np.linspace(0, 1, along)[:, None]
     s = np.linspace(0, 1, across)[None]
     low, high = (_unit(surface.curve(line, along) - CENTRE) for line in (LOWER, UPPER))
@@ -78,7 +81,13 @@ def _band(rng: np.random.Generator, lift: float, along: int = 170, across: int =
     base = onto(direction.reshape(-1, 3), np.zeros(along * across)).reshape(along, across, 3)
     height = height + _ear(base)
     points = onto(direction.reshape(-1, 3), height.ravel())
-    return points, _grid(along, across)
+    return points, _grid(along, across), _flat(along, across, 0.50, 0.105)
+
+
+def _flat(rows: int, columns: int, length: float, width: float) -> np.ndarray:
+    """Where each point lies on the cloth laid flat (m), (rows * columns, 2)."""
+    t, s = np.meshgrid(np.linspace(0, length, rows), np.linspace(0, width, columns), indexing="ij")
+    return np.column_stack([t.ravel(), s.ravel()])
 
 
 def _grid(rows: int, columns: int) -> list[tuple[int, int, int, int]]:
@@ -86,7 +95,7 @@ def _grid(rows: int, columns: int) -> list[tuple[int, int, int, int]]:
     return [tuple(q) for q in np.stack([a, a + columns, a + columns + 1, a + 1], -1).tolist()]
 
 
-def _cap(rng: np.random.Generator, around: int = 160, rings: int = 40) -> tuple[np.ndarray, list]:
+def _cap(rng: np.random.Generator, around: int = 160, rings: int = 40) -> Sheet:
     """The crown under the bands, pleated towards the back."""
     half = surface.curve(RIM, around // 2 + 1)
     rim = _unit(np.vstack([half, half[-2:0:-1] * [-1, 1, 1]]) - CENTRE)
@@ -105,22 +114,23 @@ def _cap(rng: np.random.Generator, around: int = 160, rings: int = 40) -> tuple[
         for i in range(rings - 1)
         for k in range(n)
     ]
-    return points, faces
+    flat = np.column_stack([np.repeat(np.linspace(0, 0.12, rings), n), np.tile(np.linspace(0, 0.5, n), rings)])
+    return points, faces, flat
 
 
-def cloth(seed: int = 51) -> tuple[np.ndarray, list[tuple[int, ...]]]:
-    """The whole wrap: vertices (mm) and quads."""
+def cloth(seed: int = 51) -> Sheet:
+    """The whole wrap: vertices (mm), quads, and where each vertex lies on the cloth laid flat (m)."""
     rng = np.random.default_rng(seed)
-    over, quads = _band(rng, 3.4)
-    under, under_quads = _band(rng, 0.6)
+    over, quads, flat = _band(rng, 3.4)
+    under, under_quads, under_flat = _band(rng, 0.6)
     under = under * [-1, 1, 1]
-    crown, crown_quads = _cap(rng)
+    crown, crown_quads, crown_flat = _cap(rng)
     points, faces = [over], list(quads)
     for p, f, flip in ((under, under_quads, True), (crown, crown_quads, True)):
         start = sum(len(q) for q in points)
         points.append(p)
         faces += [tuple(v + start for v in (q[::-1] if flip else q)) for q in f]
-    return np.vstack(points), faces
+    return np.vstack(points), faces, np.vstack([flat, under_flat, crown_flat])
 
 
 __all__ = ["cloth"]

@@ -165,7 +165,9 @@ def test_the_lips_map_ends_at_the_vermilion_border_and_spares_the_skin(tile):
     upper, lower = (np.interp(x, rail[:, 0], rail[:, 1]) for rail in rails)
     outside = (y > upper + 1.2) | (y < lower - 1.2) | (x > rails[0][-1, 0] + 2)
     assert lips[outside & (z > 60)].max() == 0
-    assert lips[(tile.rings["mouth"] > 1.1) & (tile.rings["mouth"] < 1.9)].min() > 0.99
+    vermilion = lips[(tile.rings["mouth"] > 1.1) & (tile.rings["mouth"] < 1.85)]
+    assert vermilion.min() > 0.25 and vermilion.mean() > 0.6  # thin in the creases, thick between them
+    assert lips[tile.rings["mouth"] > 2.1].max() == 0
 
 
 def test_foundation_stays_out_of_eyes_mouth_and_nostrils(tile):
@@ -175,10 +177,10 @@ def test_foundation_stays_out_of_eyes_mouth_and_nostrils(tile):
 
 
 def test_the_cloth_leaves_brows_and_lobes_free():
-    points, _ = wrap.cloth()
+    points, _, flat = wrap.cloth()
     front = points[points[:, 2] > 60]
     assert front[:, 1].min() > anatomy.BROW[:, 1].max() + 8  # mm
-    assert np.isfinite(points).all()
+    assert np.isfinite(points).all() and flat.shape == (len(points), 2)
 
 
 def test_brows_and_lashes_are_no_mirror_images():
@@ -236,3 +238,17 @@ def test_maps_for_another_head_lie_where_the_sample_has_them(blend, tmp_path):
     for channel, name in enumerate(("foundation", "blush", "lips")):
         drawn = np.asarray(image.open(SAMPLE / "looks" / "maps" / f"{name}.png").resize((256, 256)), float)
         assert np.corrcoef(drawn.ravel(), found[..., channel].ravel())[0, 1] > 0.7, name
+
+
+def test_hair_in_an_albedo_is_found_and_shading_is_not(tmp_path):
+    """A brow is dark beside its skin; a cheek that darkens slowly is not."""
+    import others
+
+    image = pytest.importorskip("PIL.Image")
+    skin = np.tile(np.linspace(190, 110, 512), (512, 1))
+    skin[200:212, 150:260] *= 0.4
+    image.fromarray(skin.astype(np.uint8), "L").save(tmp_path / "albedo.png")
+    hair = others.hair_in(tmp_path / "albedo.png", 512)
+    assert hair[203:209, 160:250].min() > 0.9
+    hair[185:227, 135:275] = 0
+    assert hair.max() < 0.01
