@@ -17,6 +17,7 @@ def layer(test_products):
     obj = scenes.head()
     obj.data.materials.append(scenes.skin())
     bpy.context.view_layer.objects.active = obj
+    bpy.context.window_manager.km_makeup_kind = "ALL"
     bpy.ops.km_makeup.layer_add(product="test-base")
     return obj.km_makeup.layers[0]
 
@@ -47,6 +48,17 @@ def test_name_and_thickness_follow_the_product_unless_the_artist_changed_them(la
     layer.name, layer.thickness_um = "Her lips", 7.0
     layer.pick = "eyeliner-black"
     assert (layer.name, layer.thickness_um) == ("Her lips", 7.0)
+
+
+def test_other_shades_of_the_layers_own_kind_are_offered_first(layer):
+    import bpy
+
+    bpy.context.window_manager.property_unset("km_makeup_kind")
+    layer.product = "lipstick-berry"
+    offered = _items(layer)
+    assert "lipstick-coral" in offered and "blush-berry" not in offered
+    layer.product = "gone-product"
+    assert {"lipstick-coral", "blush-berry"} <= set(_items(layer))
 
 
 def test_a_kind_narrows_what_is_offered_and_keeps_the_layers_own(layer):

@@ -1,6 +1,7 @@
 """The ten-minute tutorial of README.md, worked in a window of Blender by mouse and keys alone, a picture at every step.
 
     python -m tests.real_window.tutorial --out out/tutorial
+    python -m tests.real_window.tutorial --readme      (also writes sample_blend/tutorial.jpg, README's picture)
 
 Exit status: 0 done, 1 a step did not come out (the picture of it is named), 2 bad arguments, 77 no program Blender.
 What the tutorial left in the .blend is checked by tests/real_window/test_tutorial.py.
@@ -15,6 +16,8 @@ import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
+
+from PIL import Image
 
 from tests.real_window import installed
 from tests.real_window.window import Box, MissingError, Window
@@ -32,6 +35,12 @@ PATIENCE = 150
 
 MIDDLE = 657
 """The middle of the face across the screen, once the head is framed."""
+
+ASIDE = (250, 600)
+"""Where the mouse rests while a picture is taken, so that no tooltip lies over it."""
+
+POPUPS = {"open_the_picker"}
+"""Steps whose popup would close if the mouse left it."""
 
 ROW = {"add": (190, -4), "up": (190, 69), "star": 132, "eye": 153}
 """From the left end of a layer's name, and the middle of the topmost row, to buttons of the list, in pixels."""
@@ -55,6 +64,8 @@ class Tutorial:
         for step in steps:
             start = time.monotonic()
             step()
+            if step.__name__ not in POPUPS:
+                self.window.move(*ASIDE)
             self.ready()
             path = self.out / f"{len(self.taken) + 1:02}-{step.__name__.replace('_', '-')}.png"
             self.window.look().picture.save(path)
@@ -70,7 +81,7 @@ class Tutorial:
             if time.monotonic() > end:
                 raise MissingError("Blender is still compiling shaders")
             time.sleep(2)
-        self.window.idle(60)
+        self.window.idle(25)
 
     # -- the steps
 
@@ -124,14 +135,16 @@ class Tutorial:
 
     def add_lipstick(self) -> None:
         self.window.click(self.in_row("Blush, rose", *ROW["add"]))  # type: ignore[misc]
+        self.window.idle(10)
         self.window.write("classic red")
+        self.window.wait("Lipstick, classic red", seconds=PATIENCE)
         self.window.look().picture.save(self.out / "adding.png")
         self.window.key("Return")
         self.window.wait("Lipstick,", LIST, PATIENCE)
 
     def paint_lips(self) -> None:
         self.number("Size", "16")
-        for y, half in ((374, 34), (381, 48), (393, 46), (402, 34), (408, 22)):
+        for y, half in ((372, 26), (379, 44), (387, 56), (395, 48), (403, 38), (409, 26)):
             self.window.drag([(MIDDLE - half + 2 * half * i // 8, y) for i in range(9)])
 
     def erase(self) -> None:
@@ -162,7 +175,7 @@ class Tutorial:
         self.window.click("Lipstick,", LIST)
 
     def open_the_picker(self) -> None:
-        label = self.window.wait("Product: click the swatch to choose", SIDEBAR)
+        label = self.window.wait("click the swatch", SIDEBAR, PATIENCE)
         self.window.click((1155, label.centre[1] + 70))
 
     def choose_another_shade(self) -> None:
@@ -180,10 +193,14 @@ class Tutorial:
     def save(self) -> None:
         self.window.move(500, 400)
         self.window.key("ctrl+s")
+        self.window.wait("modified image", VIEW, PATIENCE)  # Blender asks whether the painted images go along
+        self.window.key("Return")
 
     def bake(self) -> None:
         self.open("Colour & Bake")
-        self.press("Bake")
+        self.reach("Follow Strokes")
+        places = [box for _, box in self.window.look().places("Bake", SIDEBAR, 0.75)]
+        self.window.click(max(places, key=lambda box: box.top))  # the panel's own name has it too
         self.to_the_top()
         self.window.wait("Show Live", SIDEBAR, PATIENCE)
 
@@ -233,7 +250,7 @@ class Tutorial:
     def reach(self, text: str) -> Box:
         """The place of a text in the tab, turning the wheel over it where it is cut off: down to its end, once more from the top."""
         for turn in range(24):
-            place = self.window.look().find(text, SIDEBAR)
+            place = self.window.still(10, SIDEBAR).find(text, SIDEBAR)
             if place is not None and place.top < SIDEBAR.top + SIDEBAR.height - 30:
                 return place
             if turn == 12:
@@ -257,6 +274,24 @@ class Tutorial:
         self.window.key("Return", "ctrl+a")
         self.window.write(value)
         self.window.key("Return")
+
+
+SHOWN = {"set-up": 0, "soften": 0, "adding": 270, "paint-lips": 0, "open-the-picker": 0, "choose-another-shade": 0}
+"""Pictures on README's sheet, and how far right of the others each is cut out, in pixels."""
+
+CUT, ACROSS = (330, 62, 1310, 815), 520
+"""What of the window is shown there, and how wide, in pixels."""
+
+
+def sheet(out: Path, file: Path) -> None:
+    """README's picture of the tutorial: some steps side by side, three in a row."""
+    size = (ACROSS, round(ACROSS * (CUT[3] - CUT[1]) / (CUT[2] - CUT[0])))
+    whole = Image.new("RGB", (3 * size[0] + 8, 2 * size[1] + 4))
+    for number, (name, right) in enumerate(SHOWN.items()):
+        picture = Image.open(next(iter(sorted(out.glob(f"*{name}.png"))))).convert("RGB")
+        part = picture.crop((CUT[0] + right, CUT[1], CUT[2] + right, CUT[3])).resize(size, Image.Resampling.LANCZOS)
+        whole.paste(part, (number % 3 * (size[0] + 4), number // 3 * (size[1] + 4)))
+    whole.save(file, quality=88, optimize=True)
 
 
 def run(out: Path, folder: Path, last: str = "") -> tuple[list[Path], Path]:
@@ -287,6 +322,7 @@ def main() -> int:
     parser.add_argument(
         "--last", default="", metavar="STEP", help="the last step, such as blush (default: all of them)"
     )
+    parser.add_argument("--readme", action="store_true", help="write sample_blend/tutorial.jpg as well")
     arguments = parser.parse_args()
     try:
         with tempfile.TemporaryDirectory(prefix="km_makeup-tutorial-") as folder:
@@ -298,6 +334,8 @@ def main() -> int:
     except MissingError as error:
         print(f"The tutorial stopped: {error}; see {arguments.out / 'missing.png'}", file=sys.stderr)
         return 1
+    if arguments.readme:
+        sheet(arguments.out, CHECKOUT / "sample_blend" / "tutorial.jpg")
     print(f"{len(taken)} steps; pictures in {arguments.out}")
     return 0
 

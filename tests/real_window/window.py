@@ -269,7 +269,7 @@ class Window:
             before = now
         return before
 
-    def idle(self, seconds: float = 10.0) -> None:
+    def idle(self, seconds: float = 4.0) -> None:
         """Wait until Blender rests: what it was told is done and drawn, none of its threads runs or waits for a processor."""
         end, quiet = time.monotonic() + seconds, 0
         while quiet < RESTS and time.monotonic() < end:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 Item = tuple[str, str, str, int, int]
 
-ALL = "ALL"
+ALL, SAME = "ALL", "SAME"
 _ABOUT_KINDS = "Products of this kind are offered; the layer keeps its own"
 
 _numbers: dict[str, int] = {}
@@ -83,6 +83,8 @@ def _items(layer: bpy.types.PropertyGroup, context: bpy.types.Context | None) ->
 
     window_manager = context.window_manager if context else bpy.context.window_manager
     kind = getattr(window_manager, "km_makeup_kind", ALL)
+    if kind == SAME:
+        kind = next((one.kind for one in library().products if one.id == layer.product), ALL)
     products = [one for one in library().products if kind in (ALL, one.kind) or one.id == layer.product]
     items = _items_of(products)
     if layer.product not in {one.id for one in products}:
@@ -159,7 +161,8 @@ def _kind_items(_: object, context: bpy.types.Context | None) -> list[tuple[str,
 
     kinds = sorted({product.kind for product in library().products})
     named = [(_kept(kind), _kept(kind.capitalize()), _ABOUT_KINDS) for kind in kinds]
-    return [(ALL, "All Products", _ABOUT_KINDS), *named]
+    same = (SAME, "Same Kind", "Products of the same kind as the layer's own are offered: other shades of it")
+    return [same, (ALL, "All Products", "Every product is offered"), *named]
 
 
 def register() -> None:
