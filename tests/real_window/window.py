@@ -269,6 +269,18 @@ class Window:
             before = now
         return before
 
+    def changed(self, before: Screen, within: Box, seconds: float) -> bool:
+        """Whether the screen changes there within some seconds."""
+        cut, end = (
+            np.s_[within.top : within.top + within.height, within.left : within.left + within.width],
+            time.monotonic() + seconds,
+        )
+        while np.abs(self.look().grey[cut] - before.grey[cut]).max() < 0.03:
+            if time.monotonic() > end:
+                return False
+            time.sleep(0.2)
+        return True
+
     def idle(self, seconds: float = 4.0) -> None:
         """Wait until Blender rests: what it was told is done and drawn, none of its threads runs or waits for a processor."""
         end, quiet = time.monotonic() + seconds, 0
@@ -304,11 +316,18 @@ class Window:
         """Click on a text, a box or a point."""
         place = self.wait(target, within, seconds, turned) if isinstance(target, str) else target
         x, y = place.centre if isinstance(place, Box) else place
-        self.move(x, y)
-        self.idle()  # what lies under the mouse lights up
+        self._hover(x, y)
         self.shell(f"xdotool mousedown {button}")
-        time.sleep(0.05)
+        time.sleep(0.15)
         self.shell(f"xdotool mouseup {button}")
+        self.idle()
+
+    def _hover(self, x: int, y: int, seconds: float = 5.0) -> None:
+        """Move onto a widget and wait until it lights up: what a busy Blender has not seen hovered it does not take for pressed."""
+        around = Box(max(0, x - 30), max(0, y - 12), 60, 24)
+        before = self.look()
+        self.move(x, y)
+        self.changed(before, around, seconds)
         self.idle()
 
     def drag(self, points: Sequence[tuple[int, int]], button: int = 1, pause: float = 0.03) -> None:

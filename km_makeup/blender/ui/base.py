@@ -8,7 +8,7 @@ import bpy
 
 from ...errors import MakeupError
 
-CHARACTERS = 40
+CHARACTERS = 36
 """Letters of a line of text in a sidebar of the usual width."""
 
 
