@@ -340,6 +340,19 @@ def test_selecting_a_layer_gives_its_map_to_the_brush_of_a_head_being_painted(he
         painting.enter(bpy.context, head)
 
 
+def test_a_look_that_is_loaded_takes_the_brush_along(head, tmp_path, monkeypatch):
+    """Or strokes would go to a map that no layer has any more. In background there is no Texture Paint; the call is seen."""
+    from km_makeup.blender import looks, painting
+
+    painted_head(head)
+    looks.save_look(head, tmp_path / "look.json")
+    followed = []
+    monkeypatch.setattr(painting, "follow_layer", lambda obj, scene: followed.append(painting.active_map(obj)))
+    assert ops().load_look(filepath=str(tmp_path / "look.json")) == {"FINISHED"}
+    assert followed[-1] == painting.active_map(head)
+    assert followed[-1] in [layer.map for layer in head.km_makeup.layers]
+
+
 def test_strokes_on_a_map_from_a_file_are_kept_in_the_blend(head, tmp_path):
     import bpy
 

@@ -3,7 +3,8 @@
     python -m tests.live_colours.frames --result     (writes tests/results/live_frames.md)
 
 Skin fills most of 1280x720. Frames without a head, of the plain skin and of 1, 2 and 4 films over all of it take turns; each time is
-the median of its rounds, less that of the empty scene. Exit status: 0 within the bound, 1 beyond it, 2 bad arguments.
+the median of its rounds, less that of the empty scene. Time is the processor's, of all threads: rendering is in software, and other
+jobs on the machine do not count. Exit status: 0 within the bound, 1 beyond it, 2 bad arguments.
 """
 
 from __future__ import annotations
@@ -94,7 +95,7 @@ class Frames:
         self.scene.render.film_transparent = True
 
     def picture(self, count: int, size: tuple[int, int], samples: int) -> tuple[NDArray, float]:
-        """The picture (height, width, 4) and the seconds that it took."""
+        """The picture (height, width, 4) and the processor's seconds that it took."""
         import bpy
         import OpenImageIO
 
@@ -108,9 +109,9 @@ class Frames:
         settings.filepath, settings.use_file_extension = str(file), False
         for number, obj in self.heads.items():
             obj.hide_render = number != count
-        start = time.perf_counter()
+        start = time.process_time()
         bpy.ops.render.render(write_still=True)
-        lasted = time.perf_counter() - start
+        lasted = time.process_time() - start
         return OpenImageIO.ImageInput.open(str(file)).read_image("float").astype(np.float64), lasted
 
 
@@ -124,7 +125,7 @@ def noise(frames: Frames, count: int) -> float:
 
 
 def measure(rounds: int) -> tuple[dict[int, list[float]], dict[int, float], float]:
-    """Seconds of each kind of frame in every round, noise, and the share of the frame that is skin."""
+    """Processor seconds of each kind of frame in every round, noise, and the share of the frame that is skin."""
     with tempfile.TemporaryDirectory(prefix="km_makeup-frames-") as folder:
         frames = Frames(Path(folder))
         picture = None
@@ -145,7 +146,7 @@ def report(seconds: dict[int, list[float]], noises: dict[int, float], share: flo
     plain = middle[0] - middle[-1]
     ratios = {count: (middle[count] - middle[-1]) / plain for count in COUNTS}
     text = (
-        f"EEVEE, {SIZE[0]}x{SIZE[1]}, {SAMPLES} samples, software rendering; skin fills {share:.0%}. Median of {len(seconds[0])} rounds, "
+        f"EEVEE, {SIZE[0]}x{SIZE[1]}, {SAMPLES} samples, software rendering, seconds of the processor; skin fills {share:.0%}. Median of {len(seconds[0])} rounds, "
         f"those of the empty scene ({middle[-1]:.2f} s) taken off. Noise at {SAMPLES} samples against {MANY}, over the mean colour.\n\n"
         "| films | seconds | over plain skin | spread of the rounds | noise | over plain skin |\n| --- | ---: | ---: | ---: | ---: | ---: |\n"
     )

@@ -225,7 +225,6 @@ class Tutorial:
         self.to_the_top()
         self.open("Skin")
         self.press("Remove")
-        self.to_the_top()
         self.window.wait("Set Up Makeup", SIDEBAR, PATIENCE)
 
     # -- widgets
@@ -244,7 +243,7 @@ class Tutorial:
             self.window.click(self.reach(text))
 
     def to_the_top(self) -> None:
-        self.window.move(*SIDEBAR.centre)
+        self.window.move(SIDEBAR.centre[0], SIDEBAR.top + 28)  # over the tab, however short it is
         self.window.wheel(-60)
 
     def reach(self, text: str) -> Box:

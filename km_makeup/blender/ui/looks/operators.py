@@ -107,7 +107,7 @@ class KM_OT_load_look(SteppedOperator, bpy.types.Operator, ImportHelper):
 
     def steps(self, context: bpy.types.Context, obj: bpy.types.Object) -> Generator[tuple[int, int], None, str]:
         from ....makeup import Look
-        from ... import looks
+        from ... import looks, painting
 
         method = None if self.maps == "AUTO" else looks.Method[self.maps]
         applying = looks.applying(obj, Look.load(bpy.path.abspath(self.filepath)), method)
@@ -115,6 +115,7 @@ class KM_OT_load_look(SteppedOperator, bpy.types.Operator, ImportHelper):
             try:
                 self.now, share = next(applying)
             except StopIteration as end:
+                painting.follow_layer(obj, context.scene)  # or strokes would go to a map that no layer has any more
                 name, count = obj.km_makeup.get("look", ""), len(obj.km_makeup.layers)
                 return f"{name}: {count} layers. {looks.METHODS[end.value.method][0]}, {end.value.reason}"
             yield round(100 * share), 100
