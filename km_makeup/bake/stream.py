@@ -20,6 +20,7 @@ from ..files import common_folder, finish_swaps, replacing, together, write_text
 from ..makeup.maps import CHANNELS
 from .engine import (
     Count,
+    Elsewhere,
     Prepared,
     Request,
     counted,
@@ -170,14 +171,17 @@ class Known:
 
 
 def baking_to_files(
-    request: Request, files: Mapping[str, Path], metadata: Mapping[str, str] | None = None
+    request: Request,
+    files: Mapping[str, Path],
+    metadata: Mapping[str, str] | None = None,
+    elsewhere: Elsewhere | None = None,
 ) -> Generator[tuple[int, int], None, Count]:
     """Bake to ``files`` (a path for each of ``request.textures``, and "albedo" where a skin is given), all of them or none.
 
     Yields (done, total). The request's maps are `FileRows`, or `ArrayRows` of the top row first, as is its skin. Memory stays bounded by the tiles under way, except
     for the table of combinations. Only stripes whose painted values or method differ from those of the files that are
     there are computed. A bake that is stopped or killed leaves those files as they are, and the stripes it finished in a
-    hidden folder beside them, from which the next one goes on.
+    hidden folder beside them, from which the next one goes on. ``elsewhere`` may compute them, such as a graphics card.
 
     Raises MakeupError as `fill`.
     """
@@ -186,7 +190,7 @@ def baking_to_files(
     keyed = yield from _keyed(request, len(row_tiles(*size_of(request))))
     job = _Job(request, paths, keyed)
     try:
-        yield from job.compute()
+        yield from job.compute(elsewhere)
         return (yield from job.put_together(files, metadata or {}))
     except MakeupError:
         shutil.rmtree(job.folder, ignore_errors=True)  # a full disk has use for the room
@@ -225,7 +229,7 @@ class _Job:
         self.folder = self.home / f".km_makeup-bake-{name[:12]}"
         self.known = self._known()
 
-    def compute(self) -> Generator[tuple[int, int], None, None]:
+    def compute(self, elsewhere: Elsewhere | None = None) -> Generator[tuple[int, int], None, None]:
         """Compute the stripes that are not known, each kind once; yields (done, total)."""
         missing = {stripe.key: stripe for stripe in reversed(self.stripes) if stripe.key not in self.known}
         stripes = list(missing.values())[::-1]
@@ -239,7 +243,7 @@ class _Job:
             here = yield from _quietly(looking_again(here, tiles), len(tiles), total)
         canvas = StripeCanvas(self.request, self.width, stripes, self.folder)
         try:
-            for _ in filling(here, tiles, canvas):
+            for _ in filling(here, tiles, canvas, elsewhere):
                 done = min(done + 1, len(tiles))
                 yield len(tiles) + done, total
         finally:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -79,10 +80,20 @@ def bare_words(work: Work) -> list[NDArray]:
 
 @dataclass(frozen=True)
 class Part:
-    """A run of combinations, computed: their words, and which of them leave the working space."""
+    """A run of combinations or of texels, computed: their words, and which of them leave the working space."""
 
     words: Sequence[NDArray]
     outside: NDArray[np.bool_]
+
+    def take(self, which: NDArray[np.intp] | slice) -> Part:
+        """Some of them."""
+        return Part([words[which] for words in self.words], self.outside[which])
+
+
+def joined(parts: Sequence[Part]) -> Part:
+    """Several runs as one."""
+    words = [np.concatenate(one) for one in zip(*(part.words for part in parts))]
+    return Part(words, np.concatenate([part.outside for part in parts]))
 
 
 def combination_blocks(found: Combinations, bands: int) -> list[slice]:
@@ -161,16 +172,56 @@ def by_texel(work: Work, singles: Sequence[Single], tile: Tile, out: Sequence[ND
             if one.outside.any():
                 outside += int(np.count_nonzero(one.outside.take(level)))
             continue
-        step = max(1, BLOCK // work.method.bands)
-        for start in range(0, len(texels), step):
-            some = texels[start : start + step]
-            outside += _fill(work, levels, stored, some, out)
+        outside += _fill(work, levels, stored, texels, out)
     return int(np.count_nonzero(pattern)), outside
 
 
 def _fill(
-    work: Work, levels: Sequence[NDArray], stored: Sequence[NDArray], some: NDArray, out: Sequence[NDArray]
+    work: Work, levels: Sequence[NDArray], stored: Sequence[NDArray], texels: NDArray, out: Sequence[NDArray]
 ) -> int:
+    """Fill some texels, those that are alike once; how many of them leave the working space."""
+    alike = None if work.exact else _alike(work, levels, texels)
+    one_each = texels if alike is None else alike.one_each
+    step, parts = max(1, BLOCK // work.method.bands), []
+    for start in range(0, len(one_each), step):
+        parts.append(_computed(work, levels, stored, one_each[start : start + step]))
+    every = joined(parts)
+    for target, table in zip(out, every.words):
+        if alike is None:
+            target[texels] = table
+        else:
+            target[alike.texels] = table.take(alike.which)
+    if alike is None or not every.outside.any():
+        return int(np.count_nonzero(every.outside))
+    return int(np.count_nonzero(every.outside.take(alike.which)))
+
+
+@dataclass(frozen=True)
+class Alike:
+    """Texels sorted by their levels, which kind each is, and one texel of each kind."""
+
+    texels: NDArray[np.intp]
+    which: NDArray[np.intp]
+    one_each: NDArray[np.intp]
+
+
+def _alike(work: Work, levels: Sequence[NDArray], texels: NDArray[np.intp]) -> Alike | None:
+    """Which texels have the same levels; None where these make no number of 64 bits."""
+    if math.prod(layer.levels for layer in work.layers) > 1 << 62:
+        return None
+    key = np.zeros(len(texels), np.int64)
+    for layer, level in zip(work.layers, levels):
+        key *= layer.levels
+        key += level.take(texels)
+    order = np.argsort(key)
+    key = key.take(order)
+    first = np.ones(len(key), bool)
+    np.not_equal(key[1:], key[:-1], out=first[1:])
+    kinds = texels.take(order)
+    return Alike(kinds, np.cumsum(first) - 1, kinds[first])
+
+
+def _computed(work: Work, levels: Sequence[NDArray], stored: Sequence[NDArray], some: NDArray[np.intp]) -> Part:
     chosen = [level.take(some) for level in levels]
     values = (
         [layer.exact(one.take(some).astype(np.float64)) for layer, one in zip(work.layers, stored)]
@@ -178,14 +229,13 @@ def _fill(
         else (work.values(chosen) if work.shines else [])
     )
     words, rgb = work.words(work.stack(chosen, values), values)
-    for target, word in zip(out, words):
-        target[some] = word
-    return int(np.count_nonzero(leaves_space(rgb, work.ground)))
+    return Part(words, leaves_space(rgb, work.ground))
 
 
-def _pattern(levels: Sequence[NDArray]) -> NDArray[np.int64]:
+def _pattern(levels: Sequence[NDArray]) -> NDArray:
     """Which layers each texel is painted with, as bits."""
-    pattern = np.zeros(levels[0].shape, np.int64)
+    kind = np.dtype(np.uint8 if len(levels) <= 8 else np.int64)
+    pattern: NDArray = np.zeros(levels[0].shape, kind)
     for i, level in enumerate(levels):
-        pattern += (level > 0).astype(np.int64) << i
+        pattern |= np.left_shift((level > 0).astype(kind), i, dtype=kind)
     return pattern

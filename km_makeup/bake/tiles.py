@@ -5,6 +5,7 @@ Only NumPy runs in the threads: it lets go of Python's lock while it works on an
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections import deque
 from collections.abc import Callable, Generator, Iterable
@@ -35,9 +36,14 @@ def in_order(
 ) -> Generator[Result, None, None]:
     """The results of ``work`` on each item, in the items' order, computed in threads a few items ahead.
 
-    Closing the generator stops after the items under way. The first error ends it.
+    One core, or two items or fewer, need no threads. Closing the generator stops after the items under way. The first error ends it.
     """
-    count = threads or cores()
+    count, items = threads or cores(), iter(items)
+    first = list(itertools.islice(items, 3))
+    items = itertools.chain(first, items)
+    if count == 1 or len(first) < 3:
+        yield from map(work, items)
+        return
     waiting: deque[Future[Result]] = deque()
     with ThreadPoolExecutor(count, thread_name_prefix="km_makeup") as pool:
         try:

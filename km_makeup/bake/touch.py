@@ -1,6 +1,7 @@
 """Textures kept up with strokes: the rectangle that a stroke changed is found and computed, by the method of the whole bake.
 
-The patch holds what a whole bake by that method would put there, bit by bit.
+The patch holds what a whole bake by that method would put there, bit by bit. Combinations of painted values that were computed
+for an earlier patch are kept: a stroke brings few new ones.
 """
 
 from __future__ import annotations
@@ -12,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .combinations import Combinations
-from .engine import MOST, MemoryCanvas, Prepared, Request, filling, looking_again, preparing
+from .engine import MOST, MemoryCanvas, Prepared, Request, filling, looking_again, preparing, taking
 from .levels import BYTE_LEVELS, ArrayRows
-from .tiles import row_tiles
+from .texels import Part, Work, by_combination, combination_blocks, joined
+from .tiles import in_order, row_tiles
 
 DIGITS = 8
 """Byte maps whose combinations are numbers of 64 bits; with more of them the whole is baked."""
@@ -95,13 +97,40 @@ def _row_differs(old: NDArray, new: NDArray) -> NDArray[np.bool_]:
 
 
 def _packed(found: Combinations | None) -> NDArray[np.uint64]:
-    """Combinations as numbers, sorted; none where texels are computed one by one."""
+    """Combinations as numbers, in their order, which is sorted; none where texels are computed one by one."""
     if found is None:
         return np.zeros(0, np.uint64)
     key = np.zeros(found.levels.shape[1], np.uint64)
     for levels in found.levels:
         key = key * np.uint64(BYTE_LEVELS) + levels.astype(np.uint64)
-    return np.unique(key)
+    return key
+
+
+class Known:
+    """Combinations that were computed: their numbers, sorted, and their texels."""
+
+    def __init__(self) -> None:
+        self._keys = np.zeros(0, np.uint64)
+        self._part: Part | None = None
+
+    def part(self, work: Work, found: Combinations) -> Part:
+        """The texels of combinations, of which only those not known yet are computed."""
+        keys = _packed(found)
+        new = np.flatnonzero(~np.isin(keys, self._keys))
+        if self._part is None or len(self._keys) + len(new) > MOST:
+            self._keys, self._part = keys, _computed(work, found)
+        elif len(new):
+            # The first combination that is computed is the one without product, known already.
+            more = _computed(work, replace(found, levels=found.levels[:, np.append(0, new)]))
+            both = np.concatenate([self._keys, keys[new]])
+            order = np.argsort(both)
+            self._keys, self._part = both[order], joined([self._part, more.take(slice(1, None))]).take(order)
+        return self._part.take(np.searchsorted(self._keys, keys))
+
+
+def _computed(work: Work, found: Combinations) -> Part:
+    blocks = combination_blocks(found, work.method.bands)
+    return joined(list(in_order(lambda block: by_combination(work, found, block), blocks)))
 
 
 class Kept:
@@ -119,6 +148,7 @@ class Kept:
         self.maps = [np.array(one) for one in request.maps]
         self._request = request
         self._seen = _packed(self._prepared.found)
+        self._known = Known()
 
     def touch(self, layer: int, values: NDArray) -> Patch | None:
         """What a stroke changed, where the layer's map now holds ``values`` (height, width); None where nothing did.
@@ -145,9 +175,13 @@ class Kept:
             except StopIteration as end:
                 here: Prepared = end.value
                 break
-        if here.found is not None:
-            self._seen = np.union1d(self._seen, _packed(here.found))
+        countable = len(self.maps) <= DIGITS
         canvas = MemoryCanvas(self._request, height, width)
-        for _ in filling(here, runs, canvas):
+        if here.found is not None and countable:
+            self._seen = np.union1d(self._seen, _packed(here.found))
+            steps = taking(here.work, here.found, self._known.part(here.work, here.found), runs, canvas)
+        else:
+            steps = filling(here, runs, canvas)
+        for _ in steps:
             pass
-        return Patch(place, canvas.planes(), len(self._seen) <= MOST and len(self.maps) <= DIGITS)
+        return Patch(place, canvas.planes(), len(self._seen) <= MOST and countable)

@@ -36,22 +36,38 @@ def stacks_of_maps(draw):
 
 
 @settings(max_examples=80, deadline=None)
-@given(stacks_of_maps(), st.sampled_from([1 << 14, 1 << 17, 1 << 24]))
-def test_combinations_are_those_that_a_plain_look_finds(maps, span):
+@given(stacks_of_maps(), st.sampled_from([1 << 14, 1 << 17, 1 << 24]), st.sampled_from([1, 1 << 17]))
+def test_combinations_are_those_that_a_plain_look_finds(maps, span, cached):
     layers = [painted(m, 1.0, f"m{i}", 16) for i, m in enumerate(maps)]
-    before, module.SPAN = module.SPAN, span
+    before, (module.SPAN, module.CACHED) = (module.SPAN, module.CACHED), (span, cached)
     try:
         found = find(layers)
     finally:
-        module.SPAN = before
+        module.SPAN, module.CACHED = before
     plain = np.stack([layer.level(m.reshape(-1)) for layer, m in zip(layers, maps)]).astype(int)
     assert found is not None
-    assert found.covered == np.count_nonzero(plain.any(axis=0))
     assert set(map(tuple, found.levels.T)) == {*map(tuple, plain.T), (0,) * len(maps)}
     assert len(set(map(tuple, found.levels.T))) == found.levels.shape[1]
     assert not found.levels[:, 0].any()
     code = np.concatenate([found.of(tile) for tile in read_tiles(layers, row_tiles(*SHAPE, texels=9))])
     assert np.array_equal(found.levels[:, code], plain)
+
+
+def test_keys_of_layers_with_few_and_with_many_levels_do_not_overflow():
+    random = np.random.default_rng(0)
+    maps = [random.random(SHAPE, np.float32), *(random.integers(0, 256, SHAPE).astype(np.uint8) for _ in range(2))]
+    layers = [painted(m, 1.0, "m", 16) for m in maps]
+    found = find(layers)
+    plain = np.stack([layer.level(m.reshape(-1)) for layer, m in zip(layers, maps)])
+    code = np.concatenate([found.of(tile) for tile in read_tiles(layers, row_tiles(*SHAPE, texels=9))])
+    assert np.array_equal(found.levels[:, code], plain)
+
+
+def test_the_table_of_numbers_is_as_large_as_what_occurs():
+    """Three maps of bytes have 2**24 possible keys, whose numbers would take 128 MB, nearly all of them never read."""
+    random = np.random.default_rng(0)
+    layers = [painted(random.integers(0, 256, SHAPE).astype(np.uint8), 1.0, "m", 16) for _ in range(3)]
+    assert find(layers).number.size <= 256 * (SHAPE[0] * SHAPE[1] + 1)
 
 
 def test_more_combinations_than_wanted_are_not_kept():

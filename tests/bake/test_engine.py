@@ -154,6 +154,55 @@ def test_equal_texels_are_computed_once(monkeypatch):
     assert computed == [6]  # and the one without product
 
 
+def test_equal_texels_of_a_tile_are_computed_once_where_each_is_computed_by_itself(monkeypatch):
+    computed: list[int] = []
+    original = texels.optics
+
+    def counting(tables, levels, interface):
+        computed.append(len(levels[0]))
+        return original(tables, levels, interface)
+
+    maps = [np.zeros((200, 200), np.float32) for _ in products()]
+    for i, values in enumerate(maps):
+        values[50:60, 50:100] = (0.5 + np.arange(50) % 5 * (i + 1) / 50) ** 2  # levels, whatever their number
+    asked = request(maps=maps, strengths=(), reference=REFERENCE, tolerance=0.5)
+    prepared = drained(engine.preparing(asked))
+    monkeypatch.setattr(texels, "optics", counting)
+    canvas = engine.MemoryCanvas(asked, 200, 200)
+    assert drained(engine.filling(prepared, [(0, 200)], canvas)) is None
+    assert computed[3:] == [5]  # after each layer alone
+    exact = bake(replace(asked, tolerance=0))
+    assert delta_e(canvas.planes()[0][50:60, 50:100, :3], exact.R[50:60, 50:100, :3]).max() < 0.5
+    assert len(np.unique(canvas.planes()[0][50:60, 50:100].reshape(-1, 4), axis=0)) == 5
+
+
+def drained(steps):
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return end.value
+
+
+@pytest.mark.parametrize("half", [False, True])
+def test_a_bake_into_the_textures_of_another_is_the_same_and_gets_no_memory_for_them(half):
+    asked = request(maps=byte_maps(), reference=REFERENCE, half=half, shines=[Shine(0.3, 0.04)] * 3)
+    earlier = bake(replace(asked, maps=painted_maps()))
+    fresh = bake(asked)
+    again = bake(asked, into=earlier)
+    for name in ("R", "T2", "R_up", "finish"):
+        assert np.shares_memory(getattr(again, name), getattr(earlier, name))
+    assert everything(again) == everything(fresh)
+
+
+def test_a_bake_of_another_size_or_type_is_not_written_over():
+    other = bake(request(maps=byte_maps(), half=True))
+    before = everything(other)
+    for asked in (request(maps=byte_maps()), request(maps=[m[:8] for m in byte_maps()], half=True)):
+        assert everything(bake(asked, into=other)) == everything(bake(asked))
+    assert everything(other) == before
+
+
 def test_combinations_computed_once_equal_the_printed_equations():
     maps = byte_maps()
     baked = bake(request(maps=maps, reference=REFERENCE))

@@ -60,6 +60,19 @@ def card(image, place, level: int = 0) -> np.ndarray:
     return np.asarray(data)
 
 
+def _added(function, spent: dict[str, float], name: str):
+    """The function, its seconds added up."""
+
+    def timed(*arguments, **options):
+        start = time.perf_counter()
+        try:
+            return function(*arguments, **options)
+        finally:
+            spent[name] += time.perf_counter() - start
+
+    return timed
+
+
 def strokes() -> Generator[float, None, None]:
     images, baking, following, makeup = (our(n) for n in ("images", "baking", "following", "makeup"))
     touch = sys.modules[following.Kept.__module__]
@@ -96,10 +109,20 @@ def strokes() -> Generator[float, None, None]:
     unified = bpy.context.scene.tool_settings.image_paint.unified_paint_settings
     unified.use_unified_size, unified.size = True, round(per_texel * 512)
     seconds, cpu, touched, places = [], [], 0, []  # of updates that changed something: a stroke may bring another one
-    real = following._patched
+    parts: list[dict[str, float]] = []
+    real, gpu_images = following._patched, our("gpu_images")
+    spent = dict.fromkeys(("read", "write", "patch", "follow"), 0.0)
+    for holder, name in (
+        (gpu_images, "read"),
+        (gpu_images, "write"),
+        (touch.Kept, "patch"),
+        (following.Dilation, "follow"),
+    ):
+        setattr(holder, name, _added(getattr(holder, name), spent, name))
 
     def timed(follower, obj, image):
         nonlocal touched
+        spent.update(dict.fromkeys(spent, 0.0))
         start, began = time.process_time(), time.perf_counter()
         place = real(follower, obj, image)
         if place is not None:
@@ -107,6 +130,7 @@ def strokes() -> Generator[float, None, None]:
             seconds.append(time.perf_counter() - began)
             touched = max(touched, (place.bottom - place.top) * (place.right - place.left))
             places.append(place)
+            parts.append(dict(spent))
         return place
 
     following._patched = timed
@@ -144,6 +168,7 @@ def strokes() -> Generator[float, None, None]:
         "size": SIZE, "seconds": seconds, "cpu": cpu, "touched": touched, "renderer": gpu.platform.renderer_get(),
         "bake": time.perf_counter() - start, "difference": float(np.abs(drawn - final).max()),
         "mip_difference": float(np.abs(coarse - mean).max()), "places": [str(p) for p in places],
+        "parts": parts,
     }  # fmt: skip
     Path(sys.argv[-2]).write_text(json.dumps(result))
     print(result)
