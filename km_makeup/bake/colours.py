@@ -64,10 +64,9 @@ def optics(tables: Sequence[Table], levels: Sequence[NDArray], interface: Interf
 def to_rgb(spectra: NDArray, weights: NDArray) -> NDArray:
     """(3, texels) of spectra (bands, texels), band by band in their order."""
     out = np.zeros((3, spectra.shape[1]), spectra.dtype)
-    term = np.empty(spectra.shape[1], spectra.dtype)
+    term = np.empty_like(out)
     for row, band in zip(weights, spectra):
-        for channel in range(3):
-            out[channel] += np.multiply(band, row[channel], out=term)
+        out += np.multiply(band, row[:, None], out=term)
     return out
 
 

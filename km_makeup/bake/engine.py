@@ -267,18 +267,14 @@ def looking_again(prepared: Prepared, runs: Sequence[tuple[int, int]]) -> Genera
     return replace(prepared, found=found)
 
 
-Filling = Generator[tuple[int, int], None, None]
-Elsewhere = Callable[[Prepared, Sequence[tuple[int, int]], Canvas], Filling | None]
-"""`filling` on other hardware, the same within 2e-6; None where it cannot, or would be slower."""
+Elsewhere = Callable[[Prepared], Prepared]
+"""Gives a bake's work to other hardware where that is faster (`Work.elsewhere`), or leaves it as it is."""
 
 
 def filling(
-    prepared: Prepared, runs: Sequence[tuple[int, int]], canvas: Canvas, elsewhere: Elsewhere | None = None
-) -> Filling:
+    prepared: Prepared, runs: Sequence[tuple[int, int]], canvas: Canvas
+) -> Generator[tuple[int, int], None, None]:
     """Compute the textures of some tiles into a canvas; yields (painted, out of gamut) a step."""
-    steps = elsewhere(prepared, runs, canvas) if elsewhere else None
-    if steps is not None:
-        return steps
     if prepared.found:
         return _combined(prepared.work, prepared.found, runs, canvas)
     return _one_by_one(prepared.work, runs, canvas)
@@ -408,6 +404,7 @@ def _one_by_one(work: Work, runs: Sequence[tuple[int, int]], canvas: Canvas) -> 
         words = canvas.tile(tile.start, tile.stop)
         return tile, words, by_texel(work, singles, tile, words)
 
-    for tile, words, counts in in_order(compute, read_tiles(work.layers, runs)):
+    threads = None if work.elsewhere is None else 1
+    for tile, words, counts in in_order(compute, read_tiles(work.layers, runs), threads):
         canvas.done(tile.start, tile.stop, words, counts)
         yield counts

@@ -238,12 +238,12 @@ class _Job:
             return
         self.folder.mkdir(exist_ok=True)
         done, total = 0, 2 * len(tiles)
-        here = self.prepared
+        here = self.prepared if elsewhere is None else elsewhere(self.prepared)
         if len(stripes) < len(self.stripes):
             here = yield from _quietly(looking_again(here, tiles), len(tiles), total)
         canvas = StripeCanvas(self.request, self.width, stripes, self.folder)
         try:
-            for _ in filling(here, tiles, canvas, elsewhere):
+            for _ in filling(here, tiles, canvas):
                 done = min(done + 1, len(tiles))
                 yield len(tiles) + done, total
         finally:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,7 +28,8 @@ WORD = {np.dtype(np.float16): np.dtype(np.uint64), np.dtype(np.float32): np.dtyp
 class Work:
     """All that a tile's textures depend on: layers, ground, method, finishes, and the type of what is written.
 
-    ``exact`` computes painted values as they are, in float64, without levels.
+    ``exact`` computes painted values as they are, in float64, without levels. ``elsewhere`` computes R, T2 and R_up (3, 3, texels)
+    of levels on other hardware, the same within 2e-6, called in this thread alone.
     """
 
     layers: Sequence[Painted]
@@ -37,6 +38,18 @@ class Work:
     shines: Sequence[Shine]
     dtype: np.dtype
     exact: bool = False
+    elsewhere: Callable[[Sequence[NDArray]], NDArray] | None = None
+
+    @property
+    def block(self) -> int:
+        """How many texels are computed together."""
+        return max(1, BLOCK // self.method.bands) if self.elsewhere is None else BLOCK
+
+    def textures(self, levels: Sequence[NDArray], values: Sequence[NDArray] = ()) -> NDArray:
+        """R, T2, R_up as (3, 3, texels) at some texels, from their levels or their exact values."""
+        if self.elsewhere is not None:
+            return self.elsewhere(levels)
+        return textures(self.stack(levels, values), self.method.weights, self.method.reference)
 
     def stack(self, levels: Sequence[NDArray], values: Sequence[NDArray]) -> OnSkin:
         """The stack at some texels, (bands, texels), from their levels or their exact values."""
@@ -51,13 +64,12 @@ class Work:
         """Painted values of levels."""
         return [layer.values().take(level) for layer, level in zip(self.layers, levels)]
 
-    def words(self, stack: OnSkin, values: Sequence[NDArray]) -> tuple[list[NDArray], NDArray]:
-        """The texels of every texture as words, and R, T2, R_up as (3, 3, texels)."""
-        rgb = textures(stack, self.method.weights, self.method.reference)
+    def words(self, rgb: NDArray, values: Sequence[NDArray]) -> list[NDArray]:
+        """The texels of every texture as words, from R, T2, R_up (3, 3, texels)."""
         planes = list(rgb)
         if self.shines:
             planes.append(finish(self.ground.coats, self.shines, values).T)
-        return [packed(plane, self.dtype) for plane in planes], rgb
+        return [packed(plane, self.dtype) for plane in planes]
 
 
 def _thinned(coat: Coat, index: NDArray[np.intp]) -> Coat:
@@ -106,7 +118,8 @@ def by_combination(work: Work, found: Combinations, part: slice) -> Part:
     """The textures of a block of combinations; the first of all, no product, is bare to the last bit."""
     levels = list(found.levels[:, part])
     values = work.values(levels)
-    words, rgb = work.words(work.stack(levels, values), values)
+    rgb = work.textures(levels, values)
+    words = work.words(rgb, values)
     outside = leaves_space(rgb, work.ground)
     if part.start == 0:
         for word, bare in zip(words, bare_words(work)):
@@ -141,7 +154,8 @@ def single(work: Work, full: Method, layer: int) -> Single:
                  Method(full.weights, [full.tables[layer]], full.reference, 0.0),
                  [work.shines[layer]] if work.shines else [], work.dtype)  # fmt: skip
     values = alone.values([levels])
-    words, rgb = alone.words(alone.stack([levels], values), values)
+    rgb = alone.textures([levels], values)
+    words = alone.words(rgb, values)
     for word, bare in zip(words, bare_words(work)):
         word[0] = bare[0]
     return Single(words, leaves_space(rgb, work.ground))
@@ -182,9 +196,9 @@ def _fill(
     """Fill some texels, those that are alike once; how many of them leave the working space."""
     alike = None if work.exact else _alike(work, levels, texels)
     one_each = texels if alike is None else alike.one_each
-    step, parts = max(1, BLOCK // work.method.bands), []
-    for start in range(0, len(one_each), step):
-        parts.append(_computed(work, levels, stored, one_each[start : start + step]))
+    parts = []
+    for start in range(0, len(one_each), work.block):
+        parts.append(_computed(work, levels, stored, one_each[start : start + work.block]))
     every = joined(parts)
     for target, table in zip(out, every.words):
         if alike is None:
@@ -228,8 +242,8 @@ def _computed(work: Work, levels: Sequence[NDArray], stored: Sequence[NDArray], 
         if work.exact
         else (work.values(chosen) if work.shines else [])
     )
-    words, rgb = work.words(work.stack(chosen, values), values)
-    return Part(words, leaves_space(rgb, work.ground))
+    rgb = work.textures(chosen, values)
+    return Part(work.words(rgb, values), leaves_space(rgb, work.ground))
 
 
 def _pattern(levels: Sequence[NDArray]) -> NDArray:

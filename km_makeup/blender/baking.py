@@ -20,7 +20,7 @@ from ..errors import MakeupError
 from ..files import ensure_folder
 from ..makeup import interface_of
 from ..spectra import bands
-from . import images
+from . import gpu_bake, images
 from .heads import surface_of
 from .makeup import light_of, plan_of, refresh, skin_under, stack_of
 from .reducing import reduced
@@ -87,7 +87,7 @@ def bake_steps(obj: bpy.types.Object, scene: bpy.types.Scene) -> Generator[tuple
     request = request_of(obj, plan)
     files = _files(obj, request, folder)
     metadata = _metadata(obj, plan, request)
-    count = yield from baking_to_files(_top_first(request), files, metadata)
+    count = yield from baking_to_files(_top_first(request), files, metadata, gpu_bake.elsewhere)
     shown = reduced(files, plan, request.reference, request.half, metadata)
     _use(obj, shown)
     refresh(obj, scene)

@@ -40,7 +40,14 @@ def read(image: bpy.types.Image, place: Rectangle, level: int = 0) -> NDArray[np
     frame = gpu.types.GPUFrameBuffer(color_slots=({"texture": gpu.texture.from_image(image), "mip": level},))
     with frame.bind():
         frame.read_color(place.left, place.top, width, height, 4, 0, "UBYTE", data=data)
-    return np.asarray(data)
+    return array_of(data)
+
+
+def array_of(data: gpu.types.Buffer) -> NDArray:
+    """A buffer as an array. Blender 5.0 says in the wrong order how far apart elements of more than one dimension are."""
+    shape = list(data.dimensions)
+    data.dimensions = int(np.prod(shape))
+    return np.asarray(data).reshape(shape)
 
 
 def write(image: bpy.types.Image, place: Rectangle, texels: NDArray) -> None:
