@@ -96,6 +96,13 @@ def together(folder: Path) -> Iterator[None]:
             temporary.unlink(missing_ok=True)
 
 
+def written(path: Path) -> Path:
+    """Where a file lies that was written: inside `together` it has yet to take its place."""
+    return next(
+        (temporary for temporary, target in reversed(_gathered.get() or []) if target == Path(path)), Path(path)
+    )
+
+
 def finish_swaps(folder: Path) -> list[Path]:
     """Bring sets of files that a killed process was putting in place to their end; the files that came so.
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import shutil
-from collections.abc import Generator, Iterable, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
@@ -175,6 +175,7 @@ def baking_to_files(
     files: Mapping[str, Path],
     metadata: Mapping[str, str] | None = None,
     elsewhere: Elsewhere | None = None,
+    beside: Callable[[], object] | None = None,
 ) -> Generator[tuple[int, int], None, Count]:
     """Bake to ``files`` (a path for each of ``request.textures``, and "albedo" where a skin is given), all of them or none.
 
@@ -182,6 +183,7 @@ def baking_to_files(
     for the table of combinations. Only stripes whose painted values or method differ from those of the files that are
     there are computed. A bake that is stopped or killed leaves those files as they are, and the stripes it finished in a
     hidden folder beside them, from which the next one goes on. ``elsewhere`` may compute them, such as a graphics card.
+    ``beside`` writes further files that are to take their places with these; it reads them by `files.written`.
 
     Raises MakeupError as `fill`.
     """
@@ -191,7 +193,7 @@ def baking_to_files(
     job = _Job(request, paths, keyed)
     try:
         yield from job.compute(elsewhere)
-        return (yield from job.put_together(files, metadata or {}))
+        return (yield from job.put_together(files, metadata or {}, beside))
     except MakeupError:
         shutil.rmtree(job.folder, ignore_errors=True)  # a full disk has use for the room
         raise
@@ -251,7 +253,7 @@ class _Job:
         self.known = self._known()
 
     def put_together(
-        self, files: Mapping[str, Path], metadata: Mapping[str, str]
+        self, files: Mapping[str, Path], metadata: Mapping[str, str], beside: Callable[[], object] | None
     ) -> Generator[tuple[int, int], None, Count]:
         """Put the files in place, those that are not what they should be."""
         known = [self.known[stripe.key] for stripe in self.stripes]
@@ -262,7 +264,7 @@ class _Job:
         albedo, of_albedo = None, {**texts, "km_makeup/skin": _skin_digest(self.request)}
         if self.request.skin is not None and not _same_texts([Path(files["albedo"])], of_albedo):
             albedo = yield from _quietly(finished_albedo(self.request), 1, 1)
-        if stale or albedo is not None:
+        if stale or albedo is not None or beside:
             with together(self.home):
                 for name, path in self.paths.items() if stale else ():
                     with replacing(path) as temporary:
@@ -270,6 +272,8 @@ class _Job:
                 if albedo is not None:
                     plain = {key.removeprefix("km_makeup/"): value for key, value in of_albedo.items()}
                     write_exr(Path(files["albedo"]), albedo[::-1], self.request.half, plain)
+                if beside:
+                    beside()
         shutil.rmtree(self.folder, ignore_errors=True)
         return counted(self.prepared, np.sum([one.counts for one in known], axis=0))
 

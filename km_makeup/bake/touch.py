@@ -18,6 +18,9 @@ from .levels import BYTE_LEVELS, ArrayRows
 from .texels import Part, Work, by_combination, combination_blocks, joined
 from .tiles import in_order, row_tiles
 
+KNOWN = 1 << 18
+"""Combinations that are remembered: 8 MB. A soft stroke over two painted layers brings some 20,000 new ones."""
+
 DIGITS = 8
 """Byte maps whose combinations are numbers of 64 bits; with more of them the whole is baked."""
 
@@ -117,7 +120,7 @@ class Known:
         """The texels of combinations, of which only those not known yet are computed."""
         keys = _packed(found)
         new = np.flatnonzero(~np.isin(keys, self._keys))
-        if self._part is None or len(self._keys) + len(new) > MOST:
+        if self._part is None or len(self._keys) + len(new) > KNOWN:
             self._keys, self._part = keys, _computed(work, found)
         elif len(new):
             # The first combination that is computed is the one without product, known already.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import bpy
 
 from . import ui
@@ -32,6 +34,9 @@ def unregister() -> None:
     for event, function in _HANDLERS:
         getattr(bpy.app.handlers, event).remove(function)
     ui.unregister()
+    for name in ("gpu_bake", "gpu_images"):
+        if (module := sys.modules.get(f"{__package__}.{name}")) is not None:
+            module.forget()
 
 
 def _command(arguments: list[str]) -> int:

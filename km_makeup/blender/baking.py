@@ -87,8 +87,13 @@ def bake_steps(obj: bpy.types.Object, scene: bpy.types.Scene) -> Generator[tuple
     request = request_of(obj, plan)
     files = _files(obj, request, folder)
     metadata = _metadata(obj, plan, request)
-    count = yield from baking_to_files(_top_first(request), files, metadata, gpu_bake.elsewhere)
-    shown = reduced(files, plan, request.reference, request.half, metadata)
+    shown = files
+
+    def planned() -> None:
+        nonlocal shown
+        shown = reduced(files, plan, request.reference, request.half, metadata)
+
+    count = yield from baking_to_files(_top_first(request), files, metadata, gpu_bake.elsewhere, planned)
     _use(obj, shown)
     refresh(obj, scene)
     return BakeReport(

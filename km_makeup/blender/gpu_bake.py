@@ -121,6 +121,12 @@ class Card:
         return np.stack(planes)
 
 
+def forget() -> None:
+    """Let go of the shader, which must not outlive the context."""
+    global _shader
+    _shader = None
+
+
 def _texture(texels: NDArray[np.float32], width: int) -> gpu.types.GPUTexture:
     """Texels (count, 4) as a texture so many wide, filled up with zeros."""
     rows = -(-len(texels) // width)

@@ -74,6 +74,12 @@ def write(image: bpy.types.Image, place: Rectangle, texels: NDArray) -> None:
             _rectangle(shader, (left, bottom, right, top), size).draw(shader)
 
 
+def forget() -> None:
+    """Let go of the shader, which must not outlive the context."""
+    global _shader
+    _shader = None
+
+
 def _rectangle(shader: gpu.types.GPUShader, sides: Sequence[int], size: Sequence[int]) -> gpu.types.GPUBatch:
     x0, y0, x1, y1 = (2 * side / size[i % 2] - 1 for i, side in enumerate(sides))
     return batch_for_shader(shader, "TRI_STRIP", {"corner": [(x0, y0), (x1, y0), (x0, y1), (x1, y1)]})

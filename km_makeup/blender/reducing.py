@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..bake import read_image, write_exrs
 from ..effects import Plan
+from ..files import written
 
 
 def reduced(
@@ -21,7 +22,7 @@ def reduced(
     between = plan.interreflection.on or "T2" not in files or "R_up" not in files or reference is None
     if between and plan.divisor == 1:
         return files
-    pictures = {key: read_image(path)[0][..., :3] for key, path in files.items()}
+    pictures = {key: read_image(written(path))[0][..., :3] for key, path in files.items()}
     if not between:
         back = pictures.pop("R_up").astype(np.float32)
         pictures["T2"] = pictures["T2"] / np.maximum(1 - back * np.asarray(reference, np.float32), 1e-4)

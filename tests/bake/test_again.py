@@ -7,9 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from km_makeup import files
 from km_makeup.bake import ArrayRows, engine, read_image, splice, stream, write_exr
 from km_makeup.bake.stream import baking_to_files
 from km_makeup.errors import MakeupError
+from km_makeup.files import write_text, written
 from km_makeup.makeup import coat
 from tests.bake.test_engine import METHODS, REFERENCE, library, request
 
@@ -179,3 +181,33 @@ def test_only_files_of_plain_scan_lines_have_pieces(tmp_path):
     (tmp_path / "text.exr").write_text("no picture")
     with pytest.raises(MakeupError, match="bake it again"):
         splice.read_blocks(tmp_path / "text.exr")
+
+
+def test_files_written_beside_take_their_places_with_the_textures(tmp_path, monkeypatch):
+    """They see the new textures before these have their places; killed in between, or failing, all is as it was."""
+    values = {False: asked(maps()), True: asked(maps(stroke=True))}
+
+    def beside() -> None:
+        write_text(tmp_path / "mean.txt", repr(float(read_image(written(files_in(tmp_path)["R"]))[0].mean())))
+
+    def steps(new: bool, also=beside) -> None:
+        for _ in baking_to_files(values[new], files_in(tmp_path), METADATA, None, also):
+            pass
+
+    def state() -> dict[str, bytes]:
+        return {f.name: f.read_bytes() for f in tmp_path.iterdir() if not f.name.startswith(".")}
+
+    steps(False)
+    old = state()
+    assert float(old["mean.txt"]) == float(read_image(tmp_path / "R.exr")[0].mean())
+    with pytest.raises(MakeupError, match="planned"):
+        steps(True, lambda: (_ for _ in ()).throw(MakeupError("planned textures cannot be written")))
+    assert state() == old
+    monkeypatch.setattr(files, "_carry_out", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+    with pytest.raises(KeyboardInterrupt):
+        steps(True)
+    monkeypatch.undo()
+    monkeypatch.setattr(stream, "STRIPE_TEXELS", 16 * WIDTH)
+    assert state() == old
+    assert len(files.finish_swaps(tmp_path)) == 4
+    assert float(state()["mean.txt"]) == float(read_image(tmp_path / "R.exr")[0].mean()) != float(old["mean.txt"])

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 import pytest
 
-from km_makeup.bake import ArrayRows, bake, engine
+from km_makeup.bake import ArrayRows, Request, bake, engine
 from km_makeup.bake.fewer import Ground, full
 from km_makeup.bake.levels import painted
 from km_makeup.bake.stream import baking_to_files
@@ -20,10 +20,26 @@ from km_makeup.makeup import Coat, coat
 from km_makeup.optics import air_interface
 from km_makeup.products import Library
 from km_makeup.spectra import bands
-from tests.bake.test_engine import REFERENCE, drained, request
+
+pytestmark = pytest.mark.blender
 
 SAME = 2e-6
+REFERENCE = np.array([0.45, 0.27, 0.19])
 STACK = ("foundation-light", "eyeshadow-bronze", "lipstick-berry", "blush-rose", "foundation-deep")
+
+
+def request(maps, **changes) -> Request:
+    coats = [coat(Library.shipped().find(name), um) for name, um in zip(STACK, (20.0, 12.0, 15.0))]
+    made = Request(coats, maps, air_interface(1.45), bands(), strengths=(1.0, 0.8, 1.0), reference=REFERENCE)
+    return replace(made, **changes)
+
+
+def drained(steps):
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return end.value
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -33,20 +49,25 @@ def context():
 
     if hasattr(gpu, "init"):
         gpu.init()
+        yield
+        gpu_bake.forget()
         return
-    bpy.ops.wm.read_homefile(use_empty=False, use_factory_startup=True)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    bpy.ops.object.camera_add()
+    bpy.context.scene.camera = bpy.context.object
     render = bpy.context.scene.render
     render.engine, render.resolution_x, render.resolution_y = "BLENDER_EEVEE", 4, 4
     bpy.ops.render.render()
+    yield
+    gpu_bake.forget()
 
 
 def work(layers: int, reference: bool, interface: bool, levels: int = 300) -> Work:
     library = Library.shipped()
     coats = [coat(library.find(name), 25.0) for name in STACK[:layers]]
     coats[-1] = Coat(np.full(81, 1e-9), np.full(81, 900.0), 0.5)  # as white as can be: much light bounces
-    ground = Ground(coats, air_interface(1.45) if interface else None, bands(), None)
-    asked = request(maps=[], reference=REFERENCE if reference else None)
-    ground = replace(ground, reference=engine._reference(asked))
+    asked = request([], reference=REFERENCE if reference else None)
+    ground = Ground(coats, air_interface(1.45) if interface else None, bands(), engine._reference(asked))
     maps = [painted(np.zeros((1, 1), np.float32), 1.0, f"m{i}", levels + i) for i in range(layers)]
     return Work(maps, ground, full(ground, maps), (), np.dtype(np.float32))
 
@@ -80,7 +101,7 @@ def test_a_buffer_is_read_in_its_order():
 def test_a_bake_on_the_card_is_the_same(monkeypatch):
     random = np.random.default_rng(5)
     maps = [random.random((70, 90)).astype(np.float32) * (random.random((70, 90)) < 0.6) for _ in range(3)]
-    asked = request(maps=maps, reference=REFERENCE, tolerance=0.2)
+    asked = request(maps, tolerance=0.2)
     right = bake(asked)
     assert right.bands < 81
     prepared = drained(engine.preparing(asked))
@@ -102,7 +123,7 @@ def test_a_bake_on_the_card_is_the_same(monkeypatch):
 
 def test_bakes_to_files_go_elsewhere_when_told_to(tmp_path):
     maps = [np.random.default_rng(5).random((32, 32)).astype(np.float32) for _ in range(3)]
-    asked = request(maps=[ArrayRows(m) for m in maps], reference=REFERENCE, tolerance=0.2)
+    asked = request([ArrayRows(m) for m in maps], tolerance=0.2)
     called = []
 
     def elsewhere(prepared):
@@ -115,8 +136,8 @@ def test_bakes_to_files_go_elsewhere_when_told_to(tmp_path):
 
 def test_the_card_is_left_alone_where_there_is_none_and_for_bakes_it_does_not_do(monkeypatch):
     maps = [np.random.default_rng(5).random((16, 16)).astype(np.float32) for _ in range(3)]
-    floats, exact = (drained(engine.preparing(request(maps=maps, tolerance=t))) for t in (0.2, 0))
-    byte = drained(engine.preparing(request(maps=[np.uint8(255 * m) for m in maps])))
+    floats, exact = (drained(engine.preparing(request(maps, tolerance=t))) for t in (0.2, 0))
+    byte = drained(engine.preparing(request([np.uint8(255 * m) for m in maps])))
     assert gpu_bake.available() is not bpy.app.background
     monkeypatch.setattr(gpu_bake, "available", lambda: False)
     assert gpu_bake.elsewhere(floats) is floats

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import zipfile
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
@@ -111,19 +112,32 @@ def blender_jobs(maps: dict) -> Iterator[Job]:
         bpy.ops.wm.save_as_mainfile(filepath=str(folder / "head.blend"), copy=True, compress=False)
 
     def opened(folder: Path) -> dict[str, object]:
-        """The maps in the .blend, as a fresh Blender reads them."""
+        """The maps in the .blend, as a fresh Blender reads them.
+
+        Blender saves beside it (head.blend@), makes the file that is there its backup and then renames the new one; killed
+        between those two, what the artist opens is the backup, head.blend1.
+        """
         found: dict[str, object] = {}
         before = set(bpy.data.images)
-        with contextlib.suppress(OSError), bpy.data.libraries.load(str(folder / "head.blend")) as (source, target):
+        file = next((f for f in (folder / "head.blend", folder / "head.blend1") if f.exists()), folder)
+        with contextlib.suppress(OSError), bpy.data.libraries.load(str(file)) as (source, target):
             target.images = [name for name in source.images if name in ("foundation-light", "blush-rose")]
         for image in [one for one in bpy.data.images if one not in before]:
             found[image.name.split(".")[0]] = images.map_values(image, "R").tobytes()
             bpy.data.images.remove(image)
         return found
 
+    def read_look(folder: Path) -> dict[str, object]:
+        """The look's files; of the head's shape its arrays, since a .npz holds the time of day."""
+        found = read_bytes(folder)
+        for name in [name for name in found if name.endswith(".npz")]:
+            with contextlib.suppress(OSError, ValueError, zipfile.BadZipFile), np.load(folder / name) as data:
+                found[name] = {key: data[key].tobytes() for key in data}
+        return found
+
     def look_again(folder: Path) -> object:
         return Look.load(folder / "look.json")
 
     yield Job("bake in Blender", baked, read_bytes, finish_swaps, False)
-    yield Job("look saved in Blender", look, read_bytes, look_again, False)
+    yield Job("look saved in Blender", look, read_look, look_again, False)
     yield Job(".blend saved", blend, opened, lambda folder: None, False)

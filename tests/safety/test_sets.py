@@ -118,6 +118,17 @@ def test_a_look_is_read_after_its_maps_have_come(old, monkeypatch):
     assert contents(old)["maps/c.txt"] == "new"
 
 
+def test_a_file_that_has_yet_to_take_its_place_is_found(old):
+    place = old / "a.txt"
+    assert files.written(place) == place
+    with together(old):
+        assert files.written(place) == place
+        write_text(place, "newer")
+        assert files.written(place) != place and files.written(place).read_text() == "newer"
+        assert place.read_text() == "old"
+    assert files.written(place) == place and place.read_text() == "newer"
+
+
 @pytest.mark.parametrize(
     "pairs", [[["../x.part.txt", "a.txt"]], [["b.txt", "a.txt"]], [[".b.part.txt", "../a.txt"]], "text", 7, [[1, 2]]]
 )
