@@ -128,11 +128,13 @@ def blender_jobs(maps: dict) -> Iterator[Job]:
         return found
 
     def read_look(folder: Path) -> dict[str, object]:
-        """The look's files; of the head's shape its arrays, since a .npz holds the time of day."""
+        """The look's files; of the head's shape its numbers, sorted: a .npz holds the time of day, and Blender makes the
+        ball of the tests with its faces in another order in each process.
+        """
         found = read_bytes(folder)
         for name in [name for name in found if name.endswith(".npz")]:
             with contextlib.suppress(OSError, ValueError, zipfile.BadZipFile), np.load(folder / name) as data:
-                found[name] = {key: data[key].tobytes() for key in data}
+                found[name] = {key: np.sort(data[key], axis=None).tobytes() for key in data}
         return found
 
     def look_again(folder: Path) -> object:
