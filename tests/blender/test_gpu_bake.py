@@ -65,7 +65,8 @@ def context():
 def work(layers: int, reference: bool, interface: bool, levels: int = 300) -> Work:
     library = Library.shipped()
     coats = [coat(library.find(name), 25.0) for name in STACK[:layers]]
-    coats[-1] = Coat(np.full(81, 1e-9), np.full(81, 900.0), 0.5)  # as white as can be: much light bounces
+    # As white as can be, at the bottom and at the top: much light bounces between them.
+    coats[0] = coats[-1] = Coat(np.full(81, 1e-9), np.full(81, 3000.0), 1.0)
     asked = request([], reference=REFERENCE if reference else None)
     ground = Ground(coats, air_interface(1.45) if interface else None, bands(), engine._reference(asked))
     maps = [painted(np.zeros((1, 1), np.float32), 1.0, f"m{i}", levels + i) for i in range(layers)]

@@ -10,6 +10,7 @@ with the files' pixels after the bake that follows. Exit status: 0 all well, 1 n
 
 from __future__ import annotations
 
+import itertools
 import json
 import statistics
 import sys
@@ -47,13 +48,16 @@ def main() -> int:
         return 77
     wall, cpu = statistics.median(found["seconds"]), statistics.median(found["cpu"])
     part = {name: 1000 * statistics.median(one[name] for one in found["parts"]) for name in found["parts"][0]}
+    known = [0, *(one["known"] for one in found["parts"])]
+    new = ", ".join(str(max(after - before, 0)) for before, after in itertools.pairwise(known))
     card = [one["read"] + one["write"] for one in found["parts"]]
     python = statistics.median(whole - drawing for whole, drawing in zip(found["seconds"], card))
     text = (
         f"{len(found['seconds'])} strokes on a map of {found['size']} x {found['size']}, {found['touched']} texels each at most, "
         f"three films at 81 bands, {found['renderer']}: {1000 * wall:.0f} ms until they are in the textures on the card (median; "
         f"{', '.join(f'{1000 * s:.0f}' for s in found['seconds'])}), {1000 * cpu:.0f} ms of processor time. Of that Python "
-        f"and NumPy took {1000 * python:.0f} ms (80 asked; {part['patch']:.0f} to compute the texels, {part['follow']:.0f} for the margins of "
+        f"and NumPy took {1000 * python:.0f} ms (80 asked; {part['patch']:.0f} to compute the texels, "
+        f"{part['patch, processor']:.0f} of the processor, {new} combinations that were new; {part['follow']:.0f} for the margins of "
         f"UV islands), reading from the card {part['read']:.0f} and drawing into it {part['write']:.0f}, which here is a program that "
         f"stands for a card. A bake by the operator after "
         f"a stroke takes {found['bake']:.2f} s.\n\nThe textures differ from the files of the bake that followed by "

@@ -64,11 +64,12 @@ def _added(function, spent: dict[str, float], name: str):
     """The function, its seconds added up."""
 
     def timed(*arguments, **options):
-        start = time.perf_counter()
+        start, began = time.perf_counter(), time.process_time()
         try:
             return function(*arguments, **options)
         finally:
             spent[name] += time.perf_counter() - start
+            spent[f"{name}, processor"] += time.process_time() - began
 
     return timed
 
@@ -111,7 +112,8 @@ def strokes() -> Generator[float, None, None]:
     seconds, cpu, touched, places = [], [], 0, []  # of updates that changed something: a stroke may bring another one
     parts: list[dict[str, float]] = []
     real, gpu_images = following._patched, our("gpu_images")
-    spent = dict.fromkeys(("read", "write", "patch", "follow"), 0.0)
+    names = ("read", "write", "patch", "follow")
+    spent = dict.fromkeys([*names, *(f"{name}, processor" for name in names)], 0.0)
     for holder, name in (
         (gpu_images, "read"),
         (gpu_images, "write"),
@@ -130,7 +132,7 @@ def strokes() -> Generator[float, None, None]:
             seconds.append(time.perf_counter() - began)
             touched = max(touched, (place.bottom - place.top) * (place.right - place.left))
             places.append(place)
-            parts.append(dict(spent))
+            parts.append({**spent, "known": len(follower.kept._known._keys)})
         return place
 
     following._patched = timed
