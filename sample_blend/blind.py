@@ -65,6 +65,7 @@ def main() -> int:
                 others.clear_sample()
                 head = others.load(other)
                 look = others.write_look(head, look, Path(folder) / other.name, other.albedo)
+            head.km_makeup.everything = True
             for state in ("bare", options.look):
                 if state != "bare":
                     looks.apply_look(head, Look.load(look))
