@@ -43,6 +43,12 @@ EDGES = 3.0
 """Edges of light on a head are 1.5 times as long as it is high, and it covers half of the square of its height: an edge of
 width w then takes the share 3 w / height."""
 
+SHARP_PX2 = 0.03
+"""Variance in pixels^2 below which the compositor blurs nothing: a Gaussian that narrow is not built, and its absence changes nothing."""
+
+COARSEST, FINEST = 0.0625, 128.0
+"""Pixels per mm that the compositor's blurs are made for: the next power of two between these."""
+
 FRAME_PX = 1000.0
 """Height of a picture that may come as near as it likes."""
 
@@ -70,6 +76,11 @@ class Spreading:
 def scale_of(facts: SceneFacts) -> float:
     """Pixels per mm that the plan is for."""
     return max(facts.view.px_per_mm, ANY_VIEW_PX_PER_MM) if facts.view.any_view else facts.view.px_per_mm
+
+
+def blurred_for(pixels_per_mm: float) -> float:
+    """The scale (pixels per mm) that the compositor's blurs are made for."""
+    return float(2.0 ** math.ceil(math.log2(min(max(pixels_per_mm, COARSEST), FINEST))))
 
 
 def _across_mm(facts: SceneFacts) -> float:
@@ -177,10 +188,10 @@ def _gaussians(
         effect = Effect("subsurface", "Light spreads in the skin", not out, reason, float(errors[-1]))
         return (effect,), count if out else 0
     said, errors = account.said("diffusion"), SEEN * errors
-    effects, left_out = [], 0
+    effects, left_out, sharp = [], 0, SHARP_PX2 / blurred_for(scale_of(facts)) ** 2
     for k, variance in enumerate(sorted(facts.skin.variances)):
         key, sigma = f"gaussian:{k + 1}", math.sqrt(variance)
-        step = max(0.0, float(errors[k + 1] - errors[: k + 1].max()))
+        step = 0.0 if variance < sharp else max(0.0, float(errors[k + 1] - errors[: k + 1].max()))
         width = sigma * scale_of(facts)
         in_order = left_out == k
         out = in_order and (said.value == "off" or (said.value != "on" and account.leaves_out(key, step)))
@@ -188,7 +199,9 @@ def _gaussians(
         cost = Cost(calibration.compositing(facts, "gaussian"), 14)
         if out:
             reason = (
-                f"{width:.2g} pixels wide: narrower than a pixel shows"
+                f"{width:.2g} pixels wide: too narrow for the compositor to blur"
+                if variance < sharp
+                else f"{width:.2g} pixels wide: narrower than a pixel shows"
                 if width < 1
                 else f"{width:.2g} pixels, hardly seen"
             )

@@ -134,7 +134,7 @@ def top_lobe(skin: float, finishes: Sequence[Finish], seen: Sequence[float] | ND
     if not joint or not finishes:
         top = two_lobes([skin, *(one.roughness for one in finishes)], [1.0, *shares])[1]
         return tuple(number - 1 for number in top)
-    one = merged(finishes, np.maximum(shares, 1e-6))
+    one = merged(finishes, np.maximum(shares, 1e-6).tolist())
     return tuple(range(len(finishes))) if two_lobes([skin, one.roughness], [1.0, float(shares.sum())])[1] else ()
 
 

@@ -37,6 +37,7 @@ def main() -> int:
     parser.add_argument("--only", default="", help="numbers of scenes, with commas")
     parser.add_argument("--write", action="store_true", help="write tests/results/plan_bound.md")
     parser.add_argument("--fault", action="store_true", help="drop a visible film on purpose")
+    parser.add_argument("--minutes", type=float, default=1e9, help="begin no scene after so many minutes")
     parser.add_argument("--log", type=Path, help="also append a line of JSON a case to this file")
     parser.add_argument(
         "--apart", action="store_true", help="also leave out each effect alone: its bound and its own difference"
@@ -46,7 +47,9 @@ def main() -> int:
     seed = commit_seed() if options.seed is None else options.seed
     if options.apart:
         return apart(seed, options.count, {int(n) for n in options.only.split(",") if n}, options.log)
-    rows = run(seed, options.count, {int(n) for n in options.only.split(",") if n}, options.fault, options.log)
+    rows = run(
+        seed, options.count, {int(n) for n in options.only.split(",") if n}, options.fault, options.log, options.minutes
+    )
     text = report(rows, seed)
     print(text)
     if options.write:
@@ -61,10 +64,16 @@ def commit_seed() -> int:
     return int(ran.stdout.strip()[:8] or "0", 16)
 
 
-def run(seed: int, count: int, only: set[int], fault: bool = False, log: Path | None = None) -> list[dict]:
+def run(
+    seed: int, count: int, only: set[int], fault: bool = False, log: Path | None = None, minutes: float = 1e9
+) -> list[dict]:
     """The rows of the cases."""
     rows: list[dict] = []
+    begin = time.monotonic()
     for stage, case in staged(seed, count, only):
+        if time.monotonic() - begin > 60 * minutes:
+            print(f"Scene {case.number} and those after it were not begun.", file=sys.stderr)
+            break
         for row in measured(stage, case, fault):
             rows.append(row)
             print(line(row), file=sys.stderr, flush=True)

@@ -23,8 +23,8 @@ HEADS = {
 LIGHTS = ("studio", "sun", "point", "soft", "world")
 VIEWS = ("front", "three-quarter", "close-up")
 TOLERANCES = (0.1, 0.5, 2.0)
-SIZES = {"eevee": (120, 90), "cycles": (60, 45)}
-SAMPLES = {"eevee": 4, "cycles": 4096}
+SIZES = {"eevee": (120, 90), "cycles": (40, 30)}
+SAMPLES = {"eevee": 4, "cycles": 2048}
 """EEVEE draws the same samples whatever the seed, so few do; Cycles' noise must not hide what is looked for."""
 
 SHADOW = 1e-3

@@ -93,7 +93,8 @@ def diffusion_group(
         held = tree.with_alpha(change * giving, giving)
         filled = _over_weight(tree, tree.blur(tree.blur(held, 3 * EDGE_FILL_PX, 0.0), 0.0, 3 * EDGE_FILL_PX))
         both = change * giving + filled * (1.0 - giving)
-        tree.output("Image", image + both * mask, "Combined with the skin's light diffused")
+        whole = tree.with_alpha(image + both * mask, tree.alpha(image))
+        tree.output("Image", whole, "Combined with the skin's light diffused")
 
     signature = signature_of(
         np.asarray(profile.variances),

@@ -9,6 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from ...effects.light import SHARP_PX2
 from ...optics.diffusion import GaussianProfile
 
 INSIDE = 0.98
@@ -47,9 +48,6 @@ NARROWEST, WIDEST = 0.25, 6.0
 
 FIRST_PX2 = 1.0
 """Variance in pixels^2 up to which a level may start from single pixels: its taps are 1.1 pixels apart."""
-
-SHARP_PX2 = 0.03
-"""Variance in pixels^2 below which a Gaussian changes nothing."""
 
 PIXEL_PX2 = 1 / 12
 """Variance in pixels^2 of a pixel's own square along an axis: the first level is as much wider, since what a pixel of the

@@ -7,11 +7,10 @@ import math
 import bpy
 from mathutils import Vector
 
+from ...effects.light import blurred_for
+
 UNKNOWN = 4.0
 """Pixels per mm that the group is made for where no camera or no head tells."""
-
-LEAST, MOST = 0.0625, 128.0
-"""Pixels per mm that the group is made for, at least and at most."""
 
 
 def refusal(scene: bpy.types.Scene) -> str | None:
@@ -68,11 +67,11 @@ def heads_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
 
 
 def finest_scale(scene: bpy.types.Scene) -> float:
-    """Pixels per mm on the skin nearest to any of the cameras, rounded up to a power of two, LEAST..MOST."""
+    """Pixels per mm on the skin nearest to any of the cameras, rounded up as the blurs are made for."""
     heads = heads_of(scene)
     scales = [pixels_per_mm(scene, camera, head) for camera in cameras_of(scene) for head in heads]
     highest = max(scales, default=UNKNOWN)
-    return 2.0 ** math.ceil(math.log2(min(max(highest, LEAST), MOST)))
+    return blurred_for(highest)
 
 
 def pixels_per_mm(scene: bpy.types.Scene, camera: bpy.types.Object, head: bpy.types.Object) -> float:
