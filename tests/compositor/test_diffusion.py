@@ -76,6 +76,21 @@ def test_light_linking_and_cards_before_the_skin(tmp_path: Path) -> None:
     assert np.abs(diffused - unlit)[middle, skin].max() < 2e-3
 
 
+def test_a_transparent_background_stays_transparent() -> None:
+    from km_makeup.blender.reference import rendered
+
+    scene = _sphere_scene()
+    scene.render.film_transparent = True
+    scene.render.resolution_x = scene.render.resolution_y = 24
+    scene.render.resolution_percentage, scene.eevee.taa_render_samples = 100, 1
+    scene.render.engine = "BLENDER_EEVEE"
+    bpy.data.objects["Skin"].km_makeup.scattering = "SCREEN"
+    compositor.insert(scene, SKIN)
+    bpy.ops.render.render()
+    alpha = rendered(scene)[..., 3]
+    assert alpha[0, 0] == 0 and alpha[12, 12] == 1 and 0 < alpha.mean() < 1
+
+
 def test_removal_leaves_no_trace() -> None:
     """The artist's tree, passes and AOVs are as before, link by link."""
     scene, _ = _plane_scene()

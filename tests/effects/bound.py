@@ -53,7 +53,8 @@ def main() -> int:
     text = report(rows, seed)
     print(text)
     if options.write:
-        command = f"python -m tests.effects.bound --count {options.count} --seed {seed} --write"
+        part = f" --only {options.only}" if options.only else ""
+        command = f"python -m tests.effects.bound --count {options.count} --seed {seed}{part} --write"
         print(stamps.write_markdown("plan_bound.md", "Planned against everything on", command, COVERS, text))
     return int(any(row["above"] > row["tolerance"] for row in rows))
 
