@@ -131,6 +131,20 @@ def _far(distance: float, *layers, **settings):
     return _wear(_stage(distance), *layers, **settings)
 
 
+def _small(*layers, **settings):
+    """A head 44 pixels high, of the studio's skin."""
+    from km_makeup.blender.studio import SKIN_RADIUS_MM
+
+    obj = _stage(0.7)
+    node = scenes.principled_of(obj.data.materials[0])
+    node.subsurface_method = "RANDOM_WALK_SKIN"
+    node.inputs["Subsurface Radius"].default_value, node.inputs["Subsurface Scale"].default_value = (
+        SKIN_RADIUS_MM,
+        0.001,
+    )
+    return _wear(obj, *layers, **settings)
+
+
 def _back(_: Path):
     """Painted on the side that the camera does not see: the ball's UV runs around it."""
     obj = _stage()
@@ -208,6 +222,8 @@ SCENES = (
     Scene("nothing near black", lambda _: _wear(_stage(), (BASE, 2, ALL)), lambda a, b: a.nodes < b.nodes),
     Scene("diffusion, near", lambda _: _diffused(_far(0.35, (BASE, 10, ALL), scattering="SCREEN")),
           lambda a, b: a.compositor and b.compositor and a.passes == b.passes == 5),
+    Scene("diffusion, head 40 pixels", lambda _: _diffused(_small((BASE, 10, ALL), scattering="SCREEN")),
+          lambda a, b: not a.compositor and a.passes == 0 and b.compositor),
     Scene("diffusion, head 3 pixels", lambda _: _diffused(_far(8.0, (BASE, 10, ALL), scattering="SCREEN")),
           lambda a, b: not a.compositor and a.passes == 0 and b.compositor),
     Scene("diffusion, no films, head 3 pixels", lambda _: _diffused(_far(8.0, scattering="SCREEN")),

@@ -245,3 +245,17 @@ def test_a_calibration_is_read_and_a_broken_one_refused(tmp_path):
     file.write_text("{}")
     with pytest.raises(MakeupError, match="is no calibration"):
         Calibration.read(file)
+
+
+def test_gaussians_that_the_compositor_does_not_blur_cost_nothing():
+    """Medium skin: on a head 40 pixels high all are below SHARP_PX2, and the group would change nothing."""
+    skin = SkinFacts(variances=(0.039, 0.43), weights=((0.4, 0.7, 1.0), (0.6, 0.3, 0.0)))
+
+    def at(px_per_mm: float, height: float):
+        return make_plan(
+            scene(BASE, skin=skin, screen_diffusion=True, view=ViewFacts(px_per_mm, height)), tolerance=0.0
+        )
+
+    small, near = at(0.16, 40), at(0.32, 80)
+    assert not small.screen_diffusion.on and not small.light.passes.on and small.left_out == 0
+    assert near.screen_diffusion.on and not near.light.gaussians[0].on and near.light.gaussians[1].on
