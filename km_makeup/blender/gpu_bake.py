@@ -33,7 +33,7 @@ _ahead: dict[tuple[int, int], float] = {}
 
 
 def available() -> bool:
-    """Whether this Blender has a context with compute shaders; a window has, in the background a render or `gpu.init` makes one."""
+    """Whether this Blender has a context with compute shaders; a window has."""
     if bpy.app.background:
         return False
     try:

@@ -44,14 +44,7 @@ def drained(steps):
 
 @pytest.fixture(scope="module", autouse=True)
 def context():
-    """A graphics context: `gpu.init` makes one in 5.2, a render in 5.0."""
-    import gpu
-
-    if hasattr(gpu, "init"):
-        gpu.init()
-        yield
-        gpu_bake.forget()
-        return
+    """A graphics context, as a render makes it; after `gpu.init` later renders of 5.2 would crash."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     bpy.ops.object.camera_add()
     bpy.context.scene.camera = bpy.context.object
