@@ -16,6 +16,8 @@ from km_makeup.blender.compositor.levels import (
     FAR,
     HOLE_STEPS,
     INSIDE,
+    MOST_BEND,
+    MOST_DRIFT,
     NARROWEST,
     PIXEL_PX2,
     SOFT,
@@ -112,20 +114,36 @@ def footprint_of(depth: Array, lens: Lens) -> Array:
 
 
 def one_sided(position: Array, inside: Array, x: int, y: int) -> tuple[Array, Array]:
-    """Length to the nearer neighbour along an axis, and the change of depth to it (scene units)."""
+    """Length to the nearer neighbour along an axis, and the step (h, w, 3) from pixel to pixel along it (scene units)."""
     best = step = None
     for side in (1, -1):
         other = moved(position, side * x, side * y, extend=True)
         known = moved(inside, side * x, side * y)
-        length = np.sqrt(((other - position) ** 2).sum(axis=-1)) + (1 - known) * FAR
-        change = np.abs(other[..., 2] - position[..., 2])
+        between = (position - other) * side
+        length = np.sqrt((between**2).sum(axis=-1)) + (1 - known) * FAR
         if best is None:
-            best, step = length, change
+            best, step = length, between
         else:
             nearer = length < best
-            best, step = np.where(nearer, length, best), np.where(nearer, change, step)
-    alone = best > 0.5 * FAR
-    return np.where(inside * (1 - alone) > 0, best, FAR), np.where(alone, 0.0, step)
+            best, step = np.where(nearer, length, best), np.where(nearer[..., None], between, step)
+    known = inside * (best < 0.5 * FAR)
+    return np.where(known > 0, best, FAR), step * known[..., None]
+
+
+def right_angled(length_x: Array, length_y: Array, step_x: Array, step_y: Array) -> tuple[Array, Array]:
+    """By how much a tap along y drifts along x to leave at a right angle on the surface, and the length of surface then."""
+    both = (length_x < 0.5 * FAR) * (length_y < 0.5 * FAR)
+    mixed, along_x = (step_x * step_y).sum(axis=-1), (step_x**2).sum(axis=-1)
+    drift = np.clip(-mixed / np.maximum(along_x, 1e-20), -MOST_DRIFT, MOST_DRIFT) * both
+    turned = np.sqrt(((step_y + drift[..., None] * step_x) ** 2).sum(axis=-1))
+    return drift, np.where(both > 0, turned, length_y)
+
+
+def turning(step_x: Array, step_y: Array, footprint: Array) -> tuple[Array, Array]:
+    """Pixels across x and across y by which a tap moves, per scene unit that the surface falls away under it."""
+    p, q = step_x[..., 2] / footprint, step_y[..., 2] / footprint
+    steep = footprint * (1 + p * p + q * q)
+    return q / steep, p / steep
 
 
 def walls(
@@ -157,19 +175,40 @@ def clearance(wall: Array, doublings: int, x: int, y: int) -> tuple[Array, Array
 
 
 def spread(
-    image: Array, sigma: Array, free: tuple[Array, Array] | None, axis: int, length: Array | None = None
+    image: Array,
+    sigma: Array,
+    free: tuple[Array, Array] | None,
+    axis: int,
+    length: Array | None = None,
+    drift: Array | float = 0.0,
+    bend: tuple[Array, Array] | None = None,
+    across: Array | None = None,
 ) -> Array:
     """One level along one axis: taps of a Gaussian of standard deviation ``sigma`` pixels that no wall hides.
 
-    ``free``: pixels without a wall behind and ahead. ``length`` of surface in a pixel: the taps are placed by the
-    length on the way there, not by that in the middle.
+    ``free``: pixels without a wall behind and ahead; ``across``: to either side. ``length`` of surface in a pixel: the taps are
+    placed by the length on the way there, not by that in the middle. ``drift`` across the axis by distance. ``bend``: depth
+    with what is known of it in a second channel, and what `turning` tells.
     """
     spacing = tap_spacing(sigma)
     total = image * TAPS[0]
+    turned: Array | float = 0.0
+
+    def off(d: Array) -> Array:
+        return drift * d, turned * (d / np.maximum(spacing, 1e-6)) ** 2
 
     def tap(d: Array, side: int, source: Array) -> Array:
-        return displaced(source, *((side * d, 0 * d) if axis == 1 else (0 * d, side * d)))
+        straight, bent = off(d)
+        other = straight * side + bent
+        return displaced(source, *((side * d, other) if axis == 1 else (other, side * d)))
 
+    if bend is not None:
+        held, turn = bend
+        low = np.clip(np.minimum(*free) + 0.5 - spacing, 0, 1) if free is not None else 1.0
+        there = [tap(spacing, side, held) for side in (1, -1)]
+        sure = low * np.prod([np.clip(20 * one[..., 1] - 19, 0, 1) for one in there], axis=0)
+        fall = sum(one[..., 0] / np.maximum(one[..., 1], 1e-6) for one in there) / 2 - held[..., 0]
+        turned = np.clip(fall * turn, -MOST_BEND * spacing, MOST_BEND * spacing) * sure
     for number, side in enumerate((1, -1)):
         first, second = spacing, 2 * spacing
         if length is not None:
@@ -177,7 +216,12 @@ def spread(
             first = 2 * spacing * length / np.maximum(length + there, 1e-12)
             second = first + 2 * spacing * length / np.maximum((3 * there - length).clip(there), 1e-12)
         for d, weight in ((first, TAPS[1]), (second, TAPS[2])):
-            fade = 1.0 if free is None else np.clip((free[number] + 0.5 - d) / (SOFT * spacing + 0.5), 0, 1)[..., None]
+            fade: Array | float = 1.0
+            if free is not None:
+                fade = np.clip((free[number] + 0.5 - d) / (SOFT * spacing + 0.5), 0, 1)[..., None]
+            if across is not None:
+                aside = sum(np.abs(one) for one in off(d))
+                fade = fade * np.clip((across + 1 - aside) * 2, 0, 1)[..., None]
             total = total + tap(d, side, image) * fade * weight
     return total
 
@@ -186,7 +230,7 @@ def steps_of(frame: Frame, lens: Lens) -> tuple[Array, Array]:
     """1 at pixels with a step in depth between them and the skin before them, along x and along y."""
     inside = (frame.mask > INSIDE).astype(float)
     place, footprint = position(frame.depth, lens), footprint_of(frame.depth, lens)
-    slopes = (one_sided(place, inside, 1, 0)[1], one_sided(place, inside, 0, 1)[1])
+    slopes = [np.abs(one_sided(place, inside, *axis)[1][..., 2]) for axis in ((1, 0), (0, 1))]
     across = walls(frame.depth, inside, slopes[0], footprint, lens.mm, 1, 0)[0]
     return across, walls(frame.depth, inside, slopes[1], footprint * lens.aspect, lens.mm, 0, 1)[0]
 
@@ -200,8 +244,12 @@ def diffuse(
     root = np.sqrt(skin) if split else skin
     entering = frame.light * root if split else frame.light
     place, footprint = position(frame.depth, lens), footprint_of(frame.depth, lens)
-    length_x, slope_x = one_sided(place, inside, 1, 0)
-    length_y, slope_y = one_sided(place, inside, 0, 1)
+    length_x, step_x = one_sided(place, inside, 1, 0)
+    length_y, step_y = one_sided(place, inside, 0, 1)
+    slope_x, slope_y = np.abs(step_x[..., 2]), np.abs(step_y[..., 2])
+    drift, length_y = right_angled(length_x, length_y, step_x, step_y)
+    turn_x, turn_y = turning(step_x, step_y, footprint)
+    held = np.stack([frame.depth * inside, inside], axis=-1)
     giving, free_x, free_y = inside, None, None
     wall_x = wall_y = 0 * inside
     if aware:
@@ -215,6 +263,7 @@ def diffuse(
     current = np.concatenate([entering * giving[..., None], giving[..., None]], axis=-1)
     total = 0.0
     previous = 0.0
+    aside_x, aside_y = (None if one is None else np.minimum(*one) for one in (free_x, free_y))
     known_x, known_y = (one * (one < 0.5 * FAR) for one in (length_x, length_y))
     for variance, weights in levels(profile, pixels_per_mm):
         sigma = (variance - previous) ** 0.5 * lens.mm
@@ -222,8 +271,9 @@ def diffuse(
         if variance > 0:
             own = PIXEL_PX2 if previous == 0 else 0.0
             across, up = (np.sqrt((sigma / length) ** 2 + own) for length in (length_x, length_y))
-            current = spread(current, across, free_x, 1, known_x if curved else None)
-            current = spread(current, up, free_y, 0, known_y if curved else None)
+            bends = ((known_x, (held, turn_x)), (known_y, (held, turn_y))) if curved else ((None, None),) * 2
+            current = spread(current, across, free_x, 1, bends[0][0], 0.0, bends[0][1], aside_y)
+            current = spread(current, up, free_y, 0, bends[1][0], drift, bends[1][1], aside_x)
         current = current / np.maximum(current[..., 3:], 1e-6)
         total = total + current[..., :3] * np.asarray(weights)
         current = current * giving[..., None]

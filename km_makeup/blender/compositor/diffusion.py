@@ -6,7 +6,8 @@ its diffuse colour, the share of that colour that went through the skin, and a m
 
     inside = light * sqrt(s)        outside = sqrt(s) * sum_i w_i blur_i(inside)
 
-Blurs are masked (weight in alpha, divided out) and as wide as the surface in a pixel along each axis is long. Each
+Blurs are masked (weight in alpha, divided out) and as wide as the surface in a pixel along each axis is long. Taps along
+y leave at a right angle to x on the surface, and wide ones follow its straight lines (`surface.Along`). Each
 Gaussian blurs the one before it by the difference of their variances, along x and then y, with five taps: the cost does
 not grow with the width. Blender's Blur is not used for this: where its size varies it is rounded to whole pixels.
 
@@ -20,7 +21,7 @@ correction factor, and steps as barriers in place of their depth weights.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import bpy
@@ -34,6 +35,7 @@ from .levels import (
     EDGE_FILL_PX,
     FAR,
     INSIDE,
+    MOST_BEND,
     NARROWEST,
     PIXEL_PX2,
     SOFT,
@@ -88,7 +90,8 @@ def diffusion_group(
         if aware:
             free, giving = _steps(tree, depth, inside, along, lens["Millimetre"], reach(profile, pixels_per_mm))
         current = tree.with_alpha(entering * giving, giving)
-        total = _blurs(tree, current, giving, along, free, lens["Millimetre"], levels(profile, pixels_per_mm))
+        ground = tree.with_alpha((depth * inside).grey(), inside)
+        total = _blurs(tree, current, ground, giving, along, free, lens["Millimetre"], levels(profile, pixels_per_mm))
         change = (total - entering) * root
         held = tree.with_alpha(change * giving, giving)
         filled = _over_weight(tree, tree.blur(tree.blur(held, 3 * EDGE_FILL_PX, 0.0), 0.0, 3 * EDGE_FILL_PX))
@@ -110,7 +113,8 @@ def diffusion_group(
 def _facing(tree: Tree, along: Along) -> Along:
     """The surface taken to face the camera; what is no skin stays far."""
     known = tree.less(along.length, 0.5 * FAR)
-    return replace(along, length=along.footprint * known + along.length * (1.0 - known))
+    length = along.footprint * known + along.length * (1.0 - known)
+    return replace(along, length=length, turn=along.turn * 0.0, drift=along.drift and along.drift * 0.0)
 
 
 def _steps(
@@ -125,13 +129,14 @@ def _steps(
 def _blurs(
     tree: Tree,
     current: Colour,
+    ground: Colour,
     giving: Scalar,
     along: tuple[Along, Along],
     free: tuple[Clearance | None, Clearance | None],
     millimetre: Scalar,
     steps: Sequence[tuple[float, tuple[float, ...]]],
 ) -> Colour:
-    """The weighted sum of all levels, each blurred from the one before."""
+    """The weighted sum of all levels, each blurred from the one before. ``ground``: depth of the skin, 1 in alpha where there is some."""
     scale = [millimetre / one.length for one in along]
     lengths = [one.length * tree.less(one.length, 0.5 * FAR) for one in along]
     total: Colour | None = None
@@ -145,10 +150,12 @@ def _blurs(
                 pixels = (pixels * pixels + PIXEL_PX2).sqrt()
             values = {"Image": current, "Sigma": pixels}
             if curved:
-                values["Length"] = lengths[axis]
-            clear = free[axis]
-            if clear is not None:
-                values |= {"Behind": clear.behind, "Ahead": clear.ahead}
+                values |= {"Length": lengths[axis], "Ground": ground, "Turn": along[axis].turn}
+            if along[axis].drift is not None:
+                values["Drift"] = along[axis].drift
+            clear, aside = free[axis], free[1 - axis]
+            if clear is not None and aside is not None:
+                values |= {"Behind": clear.behind, "Ahead": clear.ahead, "Aside": aside.behind.minimum(aside.ahead)}
             current = Colour(tree, tree.group(group, **values).outputs["Image"])
         level = _over_weight(tree, current)
         if any(weights):
@@ -177,16 +184,28 @@ def spread_group(curved: bool, aware: bool, horizontal: bool) -> bpy.types.NodeT
         spacing = tap_spacing(tree.scalar_input("Sigma", "Standard deviation in pixels"))
         length = tree.scalar_input("Length", "Length of surface in a pixel, scene units") if curved else None
         free: tuple[Scalar | None, Scalar | None] = (None, None)
+        aside: Scalar | None = None
         if aware:
             free = (
                 tree.scalar_input("Behind", "Pixels without a step behind (left or below)"),
                 tree.scalar_input("Ahead", "Pixels without a step ahead (right or above)"),
             )
+            aside = tree.scalar_input("Aside", "Pixels without a step to either side of the axis")
+        drift = None if horizontal else tree.scalar_input("Drift", "Pixels across the axis by pixel along it")
+        turned: Scalar | None = None
+
+        def off(distance: Scalar) -> tuple[Scalar | float, Scalar | float]:
+            straight = distance * drift if drift is not None else 0.0
+            share = distance / spacing.maximum(1e-6)
+            return straight, share * share * turned if turned is not None else 0.0
 
         def tap(distance: Scalar, side: float, source: Colour | Scalar) -> Colour:
-            away = distance * side
-            return displaced(tree, source, *((away, 0.0) if horizontal else (0.0, away)))
+            away, (straight, bent) = distance * side, off(distance)
+            across = straight * side + bent
+            return displaced(tree, source, *((away, across) if horizontal else (across, away)))
 
+        if curved:
+            turned = _turned(tree, spacing, free, tap)
         total, weight = image * TAPS[0], tree.alpha(image) * TAPS[0]
         for clear, side in zip(free, (1.0, -1.0)):
             first, second = spacing, spacing * 2.0
@@ -198,11 +217,35 @@ def spread_group(curved: bool, aware: bool, horizontal: bool) -> bpy.types.NodeT
             for distance, part in ((first, TAPS[1]), (second, TAPS[2])):
                 seen = tap(distance, side, image)
                 share: Scalar | float = part
-                if clear is not None:
-                    share = ((clear + 0.5 - distance) / (spacing * SOFT + 0.5)).clamped() * part
+                if clear is not None and aside is not None:
+                    width = spacing * SOFT + 0.5
+                    share = ((clear + 0.5 - distance) / width).clamped() * part
+                    sideways = [one.absolute() for one in off(distance) if isinstance(one, Scalar)]
+                    if sideways:
+                        share = share * ((aside + 1.0 - sum(sideways[1:], sideways[0])) * 2.0).clamped()
                 total, weight = seen.times_plus(share, total), tree.alpha(seen) * share + weight
         tree.output("Image", tree.with_alpha(total, weight), "Sum over the taps, the sum of weights in alpha")
 
     axis = "X" if horizontal else "Y"
     label = " ".join(["KM Spread", *(["Curved"] if curved else []), *([] if aware else ["Blind"]), axis])
     return owned_group("diffusion spread", label, label, build, "CompositorNodeTree")
+
+
+def _turned(
+    tree: Tree,
+    spacing: Scalar,
+    free: tuple[Scalar | None, Scalar | None],
+    tap: Callable[[Scalar, float, Colour | Scalar], Colour],
+) -> Scalar:
+    """Pixels across the axis at the first taps, where the surface falls away under both: by how much, times "Turn"."""
+    ground = tree.colour_input("Ground", "Depth of the skin, scene units; 1 in alpha where there is some")
+    turn = tree.scalar_input("Turn", "Pixels across by scene unit that the surface falls away")
+    seen = [tap(spacing, side, ground) for side in (1.0, -1.0)]
+    sure = (tree.alpha(seen[0]) * 20.0 - 19.0).clamped() * (tree.alpha(seen[1]) * 20.0 - 19.0).clamped()
+    behind, ahead = free
+    if behind is not None and ahead is not None:
+        sure = sure * (behind.minimum(ahead) + 0.5 - spacing).clamped()
+    one, other = (_over_weight(tree, each).channels()[0] for each in seen)
+    fall = (one + other) * 0.5 - ground.channels()[0]
+    most = spacing * MOST_BEND
+    return (fall * turn).maximum(most * -1.0).minimum(most) * sure

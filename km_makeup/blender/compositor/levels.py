@@ -46,6 +46,12 @@ CURVED_ABOVE = 1.0
 NARROWEST, WIDEST = 0.25, 6.0
 """Limits of the length of surface in a pixel at the first tap, as a multiple of that in the middle."""
 
+MOST_DRIFT = 1.0
+"""How far the taps along y go along x at most, by their distance along y, to leave at a right angle on the surface."""
+
+MOST_BEND = 0.5
+"""How far a tap may be moved across its axis to stay on a straight line of the surface, by its distance."""
+
 FIRST_PX2 = 1.0
 """Variance in pixels^2 up to which a level may start from single pixels: its taps are 1.1 pixels apart."""
 
