@@ -280,7 +280,7 @@ class Tutorial:
         self.window.key("Return")
 
 
-SHOWN = {"set-up": 0, "soften": 0, "adding": 270, "paint-lips": 0, "open-the-picker": 0, "choose-another-shade": 0}
+SHOWN = {"set-up": 0, "soften": 0, "adding": 270, "paint-lips": 0, "before": 0, "open-the-picker": 0}
 """Pictures on README's sheet, and how far right of the others each is cut out, in pixels."""
 
 CUT, ACROSS = (330, 62, 1310, 815), 520
