@@ -280,7 +280,7 @@ class Tutorial:
         self.window.key("Return")
 
 
-SHOWN = {"set-up": 0, "soften": 0, "adding": 270, "paint-lips": 0, "before": 0, "open-the-picker": 0}
+SHOWN = {"set-up": 0, "soften": 0, "adding": 270}
 """Pictures on README's sheet, and how far right of the others each is cut out, in pixels."""
 
 CUT, ACROSS = (330, 62, 1310, 815), 520
@@ -288,13 +288,13 @@ CUT, ACROSS = (330, 62, 1310, 815), 520
 
 
 def sheet(out: Path, file: Path) -> None:
-    """README's picture of the tutorial: some steps side by side, three in a row."""
+    """README's picture of the tutorial: its first steps side by side."""
     size = (ACROSS, round(ACROSS * (CUT[3] - CUT[1]) / (CUT[2] - CUT[0])))
-    whole = Image.new("RGB", (3 * size[0] + 8, 2 * size[1] + 4))
+    whole = Image.new("RGB", (3 * size[0] + 8, size[1]))
     for number, (name, right) in enumerate(SHOWN.items()):
         picture = Image.open(next(iter(sorted(out.glob(f"*{name}.png"))))).convert("RGB")
         part = picture.crop((CUT[0] + right, CUT[1], CUT[2] + right, CUT[3])).resize(size, Image.Resampling.LANCZOS)
-        whole.paste(part, (number % 3 * (size[0] + 4), number // 3 * (size[1] + 4)))
+        whole.paste(part, (number * (size[0] + 4), 0))
     whole.save(file, quality=88, optimize=True)
 
 

@@ -340,7 +340,7 @@ class Window:
             self.move(x, y)
         time.sleep(0.05)
         self.shell(f"xdotool mouseup {button}")
-        self.idle()
+        self.idle(20)  # a mouse that moves on before the release is seen would paint
 
     def wheel(self, turns: int) -> None:
         """Turn the wheel where the mouse is: down, or up by a negative number."""
