@@ -226,8 +226,16 @@ def ensure_folder(folder: Path) -> Path:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise MakeupError(f"Cannot make the folder {folder}: {error.strerror}; choose another output folder.") from None
+    check_folder(folder)
+    return folder
+
+
+def check_folder(folder: Path) -> None:
+    """Refuse a folder that cannot be written to, or made where it is missing, without making it: MakeupError."""
+    folder = Path(folder)
+    nearest = next((one for one in (folder, *folder.parents) if one.exists()), folder)
     try:
-        with tempfile.TemporaryFile(dir=folder):
-            return folder
+        with tempfile.TemporaryFile(dir=nearest):
+            pass
     except OSError as error:
-        raise MakeupError(f"Cannot write into {folder} ({error.strerror}); choose another output folder.") from None
+        raise MakeupError(f"Cannot write into {nearest} ({error.strerror}); choose another output folder.") from None

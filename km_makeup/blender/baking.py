@@ -17,7 +17,7 @@ from ..bake.islands import Dilation, dilation
 from ..bake.stream import baking_to_files
 from ..effects import Plan
 from ..errors import MakeupError
-from ..files import ensure_folder
+from ..files import check_folder, ensure_folder
 from ..makeup import interface_of
 from ..spectra import bands
 from . import gpu_bake, images
@@ -83,8 +83,10 @@ def bake_steps(obj: bpy.types.Object, scene: bpy.types.Scene) -> Generator[tuple
         raise MakeupError(
             f"The folder {makeup.folder} lies beside the .blend, which is not saved yet; save it, or choose another folder."
         )
-    folder = ensure_folder(Path(bpy.path.abspath(makeup.folder)))
+    folder = Path(bpy.path.abspath(makeup.folder))
+    check_folder(folder)  # before maps are read, which takes a while; it is made when nothing else is in the way
     request = request_of(obj, plan)
+    ensure_folder(folder)
     files = _files(obj, request, folder)
     metadata = _metadata(obj, plan, request)
     shown = files
