@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import statistics
 import subprocess
 import sys
@@ -60,9 +61,12 @@ def main() -> int:
 
 
 def commit_seed() -> int:
-    """A seed from the commit's hash."""
-    ran = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=False)
-    return int(ran.stdout.strip()[:8] or "0", 16)
+    """A seed from the commit's hash; where there is no git, inside the program Blender, from what `tests/run` says in KM_COMMIT."""
+    commit = os.environ.get("KM_COMMIT", "")
+    if not commit:
+        ran = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=False)
+        commit = ran.stdout.strip()
+    return int(commit[:8] or "0", 16)
 
 
 def run(

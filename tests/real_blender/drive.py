@@ -57,9 +57,19 @@ def main(arguments: list[str]) -> int:
             str(Path(__file__).with_name("inside.py")),
         ]
         environment["KM_PYTEST_FOLDER"] = str(pytest_folder())
+        environment["KM_COMMIT"] = commit()
         return subprocess.run(
             [*inside, "--", *arguments], env=environment, cwd=CHECKOUT, stdin=subprocess.DEVNULL
         ).returncode
+
+
+def commit() -> str:
+    """The checkout's commit, which a Blender in a system of its own cannot ask git for; empty without git."""
+    try:
+        ran = subprocess.run(["git", "rev-parse", "HEAD"], cwd=CHECKOUT, capture_output=True, text=True, check=False)
+    except FileNotFoundError:
+        return ""
+    return ran.stdout.strip()
 
 
 def pytest_folder() -> Path:
