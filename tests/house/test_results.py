@@ -6,18 +6,10 @@ import pytest
 
 from tests import stamps
 
-OLDER = {
-    "diffusion_heads.md",
-    "diffusion_sphere_edge.md",
-    "flat_field.json",
-    "kill_points.md",
-    "plan_bound.md",
-    "plan_scenes.md",
-}
-"""Results that are older than their code: the flat field, since shaders and groups changed for the plan; the
-diffusion of heads, since a method of subsurface scattering is known by its newer name too; what scenes get, until its times are measured; the diffusion of sphere and
-edge, since its taps follow the surface; kill points, since a bake asks first whether its folder can be written to; the plan's bound, since
-what it showed of the renderer's own scattering was mended."""
+OLDER = {"diffusion_heads.md", "kill_points.md", "plan_bound.md", "plan_scenes.md"}
+"""Results that are older than their code: the diffusion of heads, since its taps follow the surface; kill points, since a bake asks first
+whether its folder can be written to; the plan's bound, since what it showed of the renderer's own scattering was mended; what scenes get,
+until its times are measured."""
 
 
 @pytest.mark.parametrize("file", sorted(stamps.RESULTS.iterdir()), ids=lambda file: file.name)
