@@ -177,7 +177,9 @@ def _lamps(obj: bpy.types.Object, scene: bpy.types.Scene, view: ViewFacts) -> tu
     lamps = lamps_of(scene, place)
     eyes = [] if view.any_view else [eye.matrix_world for eye in views.cameras_in(scene)]
     found = [
-        LampFacts(one.name, irradiance_at(one, place), solid_angle(one, place), half=_half(one, place, eyes))
+        LampFacts(
+            one.name, irradiance_at(one, place), solid_angle(one, place), view_dot_half=_view_dot_half(one, place, eyes)
+        )
         for one in lamps.chosen
     ]
     if _world_is_unknown(scene) or (not found and not any(_world(scene)) and _something_glows(scene)):
@@ -185,7 +187,7 @@ def _lamps(obj: bpy.types.Object, scene: bpy.types.Scene, view: ViewFacts) -> tu
     return tuple(found), lamps.sentence
 
 
-def _half(lamp: bpy.types.Object, place: Vector, eyes: Sequence[Matrix]) -> float:
+def _view_dot_half(lamp: bpy.types.Object, place: Vector, eyes: Sequence[Matrix]) -> float:
     """The least cosine between the direction of a camera and the half vector of camera and lamp, from a place."""
     matrix = lamp.matrix_world
     towards = matrix.col[2].xyz if lamp.data.type == "SUN" else matrix.translation - place

@@ -26,11 +26,14 @@ def _heads(scene: bpy.types.Scene) -> list[bpy.types.Object]:
 
 
 @bpy.app.handlers.persistent
-def follow_scene(scene: bpy.types.Scene, *_: object) -> None:
+def follow_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = None) -> None:
     """After the scene changed: heads are planned and built again if the engine or the lamps are others now.
 
-    From a timer, since data must not change while Blender evaluates them.
+    From a timer, since data must not change while Blender evaluates them. Called at every change, each frame of an animation
+    among them: objects are looked through only where the scene's own settings, its objects' number or a light changed.
     """
+    if depsgraph is not None and not any(depsgraph.id_type_updated(kind) for kind in ("SCENE", "LIGHT")):
+        return
     if not _heads(scene):
         return
     marks = _marks(scene)

@@ -76,7 +76,7 @@ class SkinFacts:
 class LampFacts:
     """A lamp: irradiance on skin that faces it (RGB, W/m^2), its solid angle (sr) as seen from there.
 
-    ``half`` is the least cosine between a camera's direction and the half vector of camera and lamp: how far skin that
+    ``view_dot_half`` is the least cosine between a camera's direction and the half vector of camera and lamp: how far skin that
     mirrors the lamp is turned away. Not ``real``: light of the world or of glowing things that is not known better.
     """
 
@@ -84,7 +84,7 @@ class LampFacts:
     irradiance: tuple[float, float, float]
     solid_angle: float
     real: bool = True
-    half: float = 1.0
+    view_dot_half: float = 1.0
 
 
 @dataclass(frozen=True)

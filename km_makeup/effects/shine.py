@@ -79,7 +79,7 @@ def _peaks(lamps: tuple[LampFacts, ...], world: tuple[float, float, float], roug
     found = [np.zeros((0, 3))]
     for lamp in lamps:
         width = alpha * alpha + lamp.solid_angle / (4 * math.pi)
-        falls = 4 * math.pi * lamp.half * width * (1 + 2 * shares / width) ** 2
+        falls = 4 * math.pi * lamp.view_dot_half * width * (1 + 2 * shares / width) ** 2
         found.append(np.array(lamp.irradiance) / falls[:, None])
     return np.concatenate(found) / _white(lamps, world)
 
@@ -92,7 +92,7 @@ def _reflectance(lamps: tuple[LampFacts, ...], f0: float, roughness: float) -> N
     it lies, by half of its alpha: within a tenth of what EEVEE draws of a black ball (roughness 0.45, IOR 1.4, 1.27 and 1.11) in a
     white world.
     """
-    halves = np.repeat([lamp.half for lamp in lamps], len(SHARES))
+    halves = np.repeat([lamp.view_dot_half for lamp in lamps], len(SHARES))
     cos = np.minimum(np.concatenate([halves, [1.0], np.sqrt(RIMS) + roughness * roughness / 2]), 1.0)
     root = math.sqrt(min(max(f0, 0.0), 0.9))
     eta = (1 + root) / (1 - root)

@@ -20,6 +20,7 @@ from km_makeup.makeup.finish import Gloss, covered, finish_texture
 from km_makeup.optics import air_interface
 from km_makeup.products import Library
 from km_makeup.spectra import bands, delta_e, to_rgb, upsample_skin
+from tests.bake.steps import drained
 from tests.makeup import truth
 
 AIR = air_interface(1.45)
@@ -174,14 +175,6 @@ def test_equal_texels_of_a_tile_are_computed_once_where_each_is_computed_by_itse
     exact = bake(replace(asked, tolerance=0))
     assert delta_e(canvas.planes()[0][50:60, 50:100, :3], exact.R[50:60, 50:100, :3]).max() < 0.5
     assert len(np.unique(canvas.planes()[0][50:60, 50:100].reshape(-1, 4), axis=0)) == 5
-
-
-def drained(steps):
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value
 
 
 @pytest.mark.parametrize("half", [False, True])

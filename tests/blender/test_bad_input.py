@@ -187,7 +187,7 @@ def test_a_folder_that_cannot_be_written_to_is_refused(ball, painted_look, folde
     from km_makeup.blender.update import paused
 
     if not Path("/proc").is_dir():
-        pytest.skip("no /proc here: nothing on this system is read-only for everybody")
+        pytest.skip("NOT TESTED: no /proc here: nothing on this system is read-only for everybody")
     looks.apply_look(ball, painted_look)
     with paused():
         ball.km_makeup.folder = folder

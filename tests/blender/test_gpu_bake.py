@@ -20,6 +20,7 @@ from km_makeup.makeup import Coat, coat
 from km_makeup.optics import air_interface
 from km_makeup.products import Library
 from km_makeup.spectra import bands
+from tests.bake.steps import drained
 
 pytestmark = pytest.mark.blender
 
@@ -32,14 +33,6 @@ def request(maps, **changes) -> Request:
     coats = [coat(Library.shipped().find(name), um) for name, um in zip(STACK, (20.0, 12.0, 15.0))]
     made = Request(coats, maps, air_interface(1.45), bands(), strengths=(1.0, 0.8, 1.0), reference=REFERENCE)
     return replace(made, **changes)
-
-
-def drained(steps):
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -85,6 +85,37 @@ def test_another_engine_plans_again_once_and_for_all_heads(both):
         assert targets == ({"EEVEE", "CYCLES"} if both else {"ALL"})
 
 
+def test_blender_tells_of_engine_and_lamps_and_objects_are_looked_through_for_nothing_else(monkeypatch):
+    from km_makeup.blender import scene_follow
+
+    looked: list[object] = []
+    heads_of = scene_follow._heads
+    monkeypatch.setattr(scene_follow, "_heads", lambda scene: looked.append(scene) or heads_of(scene))
+    scene, layer = bpy.context.scene, bpy.context.view_layer
+    head, _ = two_heads()
+    lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", "POINT"))
+    layer.update()
+
+    def asks(change) -> bool:
+        """Whether heads are built again after a change, which Blender itself tells of."""
+        scene_follow.follow_scene(scene)
+        looked.clear()
+        change()
+        layer.update()
+        asked = bpy.app.timers.is_registered(scene_follow._rebuild)
+        if asked:
+            bpy.app.timers.unregister(scene_follow._rebuild)
+        return asked
+
+    assert asks(lambda: scene.collection.objects.link(lamp))
+    assert asks(lambda: setattr(lamp, "hide_render", True))
+    assert asks(lambda: setattr(lamp.data, "type", "AREA"))
+    assert asks(lambda: setattr(lamp.data, "shape", "DISK"))
+    assert asks(lambda: setattr(scene.render, "engine", "CYCLES"))
+    assert asks(lambda: bpy.data.objects.remove(lamp))
+    assert not asks(lambda: setattr(head, "location", (1, 2, 3))) and not looked
+
+
 def test_a_plan_in_a_window_does_not_flip_while_thickness_goes_to_and_fro_over_the_tolerance(monkeypatch):
     """In a window the plan so far counts (hysteresis); in background pictures do not depend on what was there before."""
     from km_makeup.blender import makeup
