@@ -1,4 +1,4 @@
-"""The one place that imports colour-science, and only when a colour is asked for."""
+"""The one place that imports colour-science, and only for what `standard` does not hold: differences of colours, rare lights."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MakeupError
-from .grid import WAVELENGTHS
+from .standard import standard
 
 
 @functools.cache
@@ -31,11 +31,6 @@ def colour_science() -> ModuleType:
     return colour
 
 
-@functools.cache
 def observer() -> NDArray[np.float64]:
     """CIE 1931 2 degree colour-matching functions x, y, z on WAVELENGTHS, shape (81, 3)."""
-    table = colour_science().MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
-    rows = np.searchsorted(table.wavelengths, WAVELENGTHS)
-    values = np.array(table.values[rows], dtype=np.float64)
-    values.setflags(write=False)
-    return values
+    return standard().observer

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import MakeupError
 from .colorimetry import colour_science
 from .grid import WAVELENGTHS, resample
+from .standard import standard
 
 Light = str | os.PathLike | tuple[ArrayLike, ArrayLike] | NDArray
 """A CIE name ("D65", "A", "LED-B3"), a CSV file, (wavelengths, values), or 81 values on WAVELENGTHS."""
@@ -52,6 +53,8 @@ def light_name(light: Light) -> str:
 
 @functools.cache
 def _cie(name: str) -> NDArray[np.float64]:
+    if name in standard().lights:
+        return standard().lights[name]
     table = colour_science().SDS_ILLUMINANTS
     if name not in table:
         known = "D65, D55, D50, A, LED-B3, FL2"

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .colorimetry import colour_science
 from .spaces import adaptation, check_space, rgb_to_xyz, white
+from .standard import standard
 
 SKIN_LAB = np.array(
     [
@@ -31,8 +31,5 @@ def human_skins(space: str = "Linear Rec.709") -> NDArray[np.float64]:
     The published values are for the 10 degree observer and read here against its white; the difference
     to the 2 degree observer is below what sets people apart. Source: Alaluf et al. 2002.
     """
-    colour = colour_science()
-    xy = colour.CCS_ILLUMINANTS["CIE 1964 10 Degree Standard Observer"]["D65"]
-    XYZ = colour.Lab_to_XYZ(SKIN_LAB, xy)
-    adapted = XYZ @ adaptation(colour.xy_to_XYZ(xy), white(check_space(space))).T
+    adapted = standard().skins @ adaptation(standard().skins_white, white(check_space(space))).T
     return adapted @ np.linalg.inv(rgb_to_xyz(space)).T

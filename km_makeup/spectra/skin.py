@@ -16,10 +16,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MakeupError
 from .bands import bands
-from .colorimetry import colour_science
 from .lights import Light, light_spectrum
 from .skin_data import skin_file
 from .spaces import check_space
+from .standard import standard
 
 CHUNK = 4096
 """Texels at a time: their spectra fit into the processor's cache."""
@@ -96,7 +96,7 @@ def _shrunk(light: bytes, space: str, shrinkage: float) -> NDArray[np.float64]:
 @functools.lru_cache(maxsize=16)
 def _mallett(light: bytes, space: str) -> NDArray[np.float64]:
     """Mallett and Yuksel's basis (81, 3); it sums to 1, so that white is white."""
-    basis = np.asarray(colour_science().recovery.MSDS_BASIS_FUNCTIONS_sRGB_MALLETT2019.values)
+    basis = standard().smooth_basis
     return _exact(basis / basis.sum(axis=1, keepdims=True), light, space)
 
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import functools
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MakeupError
-from .colorimetry import colour_science
+from .standard import Space, standard
 
 SPACES: tuple[str, ...] = ("Linear Rec.709", "Linear Rec.2020", "ACEScg")
 """The working spaces a .blend file may have (Blender 5.0 and newer)."""
@@ -29,11 +28,9 @@ def white(space: str) -> NDArray[np.float64]:
     return np.array([x / y, 1.0, (1 - x - y) / y])
 
 
-@functools.cache
 def rgb_to_xyz(space: str) -> NDArray[np.float64]:
     """The matrix from linear RGB of a space to XYZ under the space's own white, from its primaries (SMPTE RP 177)."""
-    described = _colourspace(space)
-    return np.asarray(colour_science().normalised_primary_matrix(described.primaries, described.whitepoint))
+    return _colourspace(space).to_xyz
 
 
 @functools.cache
@@ -54,11 +51,9 @@ def convert(rgb: ArrayLike, source: str, target: str) -> NDArray:
 
 def adaptation(source_white: ArrayLike, target_white: ArrayLike) -> NDArray[np.float64]:
     """The Bradford matrix that takes XYZ under one white to another (Lam 1985)."""
-    return np.asarray(
-        colour_science().adaptation.matrix_chromatic_adaptation_VonKries(
-            source_white, target_white, transform="Bradford"
-        )
-    )
+    cones = standard().bradford
+    gain = (cones @ np.asarray(target_white, np.float64)) / (cones @ np.asarray(source_white, np.float64))
+    return np.linalg.inv(cones) @ np.diag(gain) @ cones
 
 
 def check_space(space: str) -> str:
@@ -68,5 +63,5 @@ def check_space(space: str) -> str:
     return space
 
 
-def _colourspace(space: str) -> Any:
-    return colour_science().RGB_COLOURSPACES[_COLOUR_NAMES[check_space(space)]]
+def _colourspace(space: str) -> Space:
+    return standard().spaces[_COLOUR_NAMES[check_space(space)]]
