@@ -42,6 +42,10 @@ class Table:
     T: NDArray
     A: NDArray
 
+    def some(self, levels: NDArray) -> Table:
+        """The table of some of the levels."""
+        return Table(*(np.ascontiguousarray(one[:, levels]) for one in (self.R, self.T, self.A)))
+
     def at(self, level: NDArray) -> Film:
         """The films of some levels (texels,), as (bands, texels)."""
         return Film(*(np.ascontiguousarray(one.take(level, axis=1)) for one in (self.R, self.T, self.A)))

@@ -372,13 +372,7 @@ def _combined(
     ):
         parts.append(part)
         yield 0, 0
-    yield from taking(work, found, joined(parts), runs, canvas)
-
-
-def taking(
-    work: Work, found: Combinations, every: Part, runs: Sequence[tuple[int, int]], canvas: Canvas
-) -> Generator[tuple[int, int], None, None]:
-    """The texels take theirs of ``every`` combination, all computed; yields (painted, outside the working space) a tile."""
+    every = joined(parts)
     count_outside = bool(every.outside.any())
 
     def take(tile: Tile) -> tuple[Tile, list[NDArray], tuple[int, int]]:

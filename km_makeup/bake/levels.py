@@ -8,7 +8,7 @@ method of a bake is chosen (`fewer.py`).
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -59,15 +59,21 @@ class ArrayRows:
 
 @dataclass(frozen=True)
 class Painted:
-    """One layer's map as levels: where its values come from, what they are scaled by, how many levels there are."""
+    """One layer's map as levels: where its values come from, what they are scaled by, how many levels there are.
+
+    A source of bytes may hold, instead of painted values, their numbers among those that are ``used``, the first of them 0.
+    """
 
     source: Rows
     strength: float
     name: str
     levels: int
+    used: NDArray[np.uint8] | None = None
 
     def values(self) -> NDArray[np.float64]:
         """The painted value 0..1, strength included, of each level, (levels,)."""
+        if self.used is not None:
+            return self.strength * (self.used / (BYTE_LEVELS - 1))
         steps = np.arange(self.levels) / (self.levels - 1)
         return self.strength * (steps if self.is_byte else steps * steps)
 
@@ -82,6 +88,7 @@ class Painted:
 
     def exact(self, stored: NDArray) -> NDArray[np.float64]:
         """Painted values 0..1, strength included, of stored ones, without rounding to levels."""
+        stored = stored if self.used is None else self.used[stored]
         return stored * (self.strength / 255 if self.is_byte else self.strength)
 
     def level(self, stored: NDArray) -> NDArray:
@@ -89,6 +96,15 @@ class Painted:
         if self.is_byte:
             return stored
         return np.rint(np.sqrt(stored) * np.float32(self.levels - 1)).astype(np.intp)
+
+
+def numbered(layer: Painted, values: NDArray[np.uint8]) -> Painted:
+    """The layer with other bytes for its source, (height, width), and only their values for levels."""
+    occurs = np.bincount(values.reshape(-1), minlength=BYTE_LEVELS) > 0
+    occurs[0] = True
+    numbers = (np.cumsum(occurs) - 1).astype(np.uint8)
+    used = np.flatnonzero(occurs).astype(np.uint8)
+    return replace(layer, source=ArrayRows(numbers.take(values)), levels=len(used), used=used)
 
 
 def painted(source: NDArray | Rows, strength: float, name: str, float_levels: int) -> Painted:

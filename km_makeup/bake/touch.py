@@ -1,7 +1,9 @@
-"""Textures kept up with strokes: the rectangle that a stroke changed is found and computed, by the method of the whole bake.
+"""Textures kept up with strokes: the rectangle that a stroke changed is found and computed.
 
-The patch holds what a whole bake by that method would put there, bit by bit. Combinations of painted values that were computed
-for an earlier patch are kept: a stroke brings few new ones.
+A soft stroke over painted layers brings tens of thousands of new combinations of painted values. While the brush is at work they
+are computed at as few bands as keep a tolerance (12, as a rule), and the bake that follows makes them exact; a tolerance of 0 has
+them exact at once, bit by bit. What a texel becomes depends on its painted values and on the maps at the start
+alone, not on the strokes or on what is computed with it.
 """
 
 from __future__ import annotations
@@ -12,17 +14,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .combinations import Combinations
-from .engine import MOST, MemoryCanvas, Prepared, Request, filling, looking_again, preparing, taking
-from .levels import BYTE_LEVELS, ArrayRows
-from .texels import Part, Work, by_combination, combination_blocks, joined
-from .tiles import in_order, row_tiles
-
-KNOWN = 1 << 18
-"""Combinations that are remembered: 8 MB. A soft stroke over two painted layers brings some 20,000 new ones."""
-
-DIGITS = 8
-"""Byte maps whose combinations are numbers of 64 bits; with more of them the whole is baked."""
+from .engine import TOLERANCE, MemoryCanvas, Prepared, Request, filling, looking_again, preparing
+from .fewer import fitted
+from .levels import ArrayRows, numbered
+from .texels import Work
+from .tiles import row_tiles
 
 
 @dataclass(frozen=True)
@@ -48,6 +44,10 @@ class Rectangle:
             min(-(-self.right // step) * step, width),
         )
 
+    def divided(self, by: int) -> Rectangle:
+        """The same place in a map of which a texel is so many of this one's a side."""
+        return Rectangle(self.top // by, self.bottom // by, self.left // by, self.right // by)
+
     def grown(self, by: int, height: int, width: int) -> Rectangle:
         """It with so many more rows and columns on each side, within a map."""
         return Rectangle(
@@ -71,14 +71,10 @@ class Rectangle:
 
 @dataclass(frozen=True)
 class Patch:
-    """New texels of every texture, (rows, columns, 4) each, and where they belong.
-
-    ``same_method``: a whole bake now would take the method of these texels, and make the same of them to the last bit.
-    """
+    """New texels of every texture, (rows, columns, 4) each, and where they belong."""
 
     place: Rectangle
     textures: Sequence[NDArray]
-    same_method: bool
 
 
 def changed(old: NDArray, new: NDArray) -> Rectangle | None:
@@ -99,65 +95,31 @@ def _row_differs(old: NDArray, new: NDArray) -> NDArray[np.bool_]:
     return (old != new).any(axis=1)
 
 
-def _packed(found: Combinations | None) -> NDArray[np.uint64]:
-    """Combinations as numbers, in their order, which is sorted; none where texels are computed one by one."""
-    if found is None:
-        return np.zeros(0, np.uint64)
-    key = np.zeros(found.levels.shape[1], np.uint64)
-    for levels in found.levels:
-        key = key * np.uint64(BYTE_LEVELS) + levels.astype(np.uint64)
-    return key
-
-
-class Known:
-    """Combinations that were computed: their numbers, sorted, and their texels."""
-
-    def __init__(self) -> None:
-        self._keys = np.zeros(0, np.uint64)
-        self._part: Part | None = None
-
-    def part(self, work: Work, found: Combinations) -> Part:
-        """The texels of combinations, of which only those not known yet are computed."""
-        keys = _packed(found)
-        new = np.flatnonzero(~np.isin(keys, self._keys))
-        if self._part is None or len(self._keys) + len(new) > KNOWN:
-            self._keys, self._part = keys, _computed(work, found)
-        elif len(new):
-            # The first combination that is computed is the one without product, known already.
-            more = _computed(work, replace(found, levels=found.levels[:, np.append(0, new)]))
-            both = np.concatenate([self._keys, keys[new]])
-            order = np.argsort(both)
-            self._keys, self._part = both[order], joined([self._part, more.take(slice(1, None))]).take(order)
-        return self._part.take(np.searchsorted(self._keys, keys))
-
-
-def _computed(work: Work, found: Combinations) -> Part:
-    blocks = combination_blocks(found, work.method.bands)
-    return joined(list(in_order(lambda block: by_combination(work, found, block), blocks)))
-
-
 class Kept:
     """The maps that textures were made of, and the method; strokes are told to `touch`."""
 
-    def __init__(self, request: Request) -> None:
-        """Look at the maps and choose the method; takes about as long as half of a bake."""
+    def __init__(self, request: Request, tolerance: float = TOLERANCE) -> None:
+        """Look at the maps and choose the method; takes about as long as half of a bake.
+
+        ``tolerance`` in CIEDE2000 is what texels of strokes may be off until the bake follows; 0 takes no short cut.
+        """
         looking = preparing(request)
         while True:
             try:
                 next(looking)
             except StopIteration as end:
-                self._prepared: Prepared = end.value
+                self._prepared: Prepared = _for_strokes(end.value, tolerance)
                 break
         self.maps = [np.array(one) for one in request.maps]
-        self._request = request
-        self._seen = _packed(self._prepared.found)
-        self._known = Known()
+        self.request = request
+
+    @property
+    def error(self) -> float:
+        """The largest CIEDE2000, on a sample, of a patch's colours to those of all bands."""
+        return self._prepared.work.method.error
 
     def touch(self, layer: int, values: NDArray) -> Patch | None:
-        """What a stroke changed, where the layer's map now holds ``values`` (height, width); None where nothing did.
-
-        Strokes may make so many new combinations that a whole bake takes another method, which the patch says.
-        """
+        """What a stroke changed, where the layer's map now holds ``values`` (height, width); None where nothing did."""
         place = changed(self.maps[layer], values)
         if place is None:
             return None
@@ -166,25 +128,36 @@ class Kept:
 
     def patch(self, place: Rectangle) -> Patch:
         """The textures in a rectangle, from `maps` as they are."""
-        work = self._prepared.work
-        pieces = [ArrayRows(np.ascontiguousarray(one[place.slices])) for one in self.maps]
-        layers = [replace(layer, source=piece) for layer, piece in zip(work.layers, pieces)]
-        height, width = pieces[0].shape
+        work = _in(place, self._prepared.work, self.maps)
+        height, width = work.layers[0].source.shape
         runs = row_tiles(height, width)
-        looking = looking_again(replace(self._prepared, work=replace(work, layers=layers)), runs)
+        looking = looking_again(replace(self._prepared, work=work), runs)
         while True:
             try:
                 next(looking)
             except StopIteration as end:
                 here: Prepared = end.value
                 break
-        countable = len(self.maps) <= DIGITS
-        canvas = MemoryCanvas(self._request, height, width)
-        if here.found is not None and countable:
-            self._seen = np.union1d(self._seen, _packed(here.found))
-            steps = taking(here.work, here.found, self._known.part(here.work, here.found), runs, canvas)
-        else:
-            steps = filling(here, runs, canvas)
-        for _ in steps:
+        canvas = MemoryCanvas(self.request, height, width)
+        for _ in filling(here, runs, canvas):
             pass
-        return Patch(place, canvas.planes(), len(self._seen) <= MOST and countable)
+        return Patch(place, canvas.planes())
+
+
+def _in(place: Rectangle, work: Work, maps: Sequence[NDArray]) -> Work:
+    """The work of a rectangle. Of bytes only the values in it are levels: the combinations are then found in small tables."""
+    pieces = [np.ascontiguousarray(one[place.slices]) for one in maps]
+    if not all(layer.is_byte for layer in work.layers):
+        return replace(work, layers=[replace(layer, source=ArrayRows(one)) for layer, one in zip(work.layers, pieces)])
+    layers = [numbered(layer, one) for layer, one in zip(work.layers, pieces)]
+    tables = [table.some(layer.used) for table, layer in zip(work.method.tables, layers) if layer.used is not None]
+    return replace(work, layers=layers, method=replace(work.method, tables=tables))
+
+
+def _for_strokes(prepared: Prepared, tolerance: float) -> Prepared:
+    """The same at as few bands as the tolerance allows, where the bake computes each combination at all of them."""
+    work = prepared.work
+    if tolerance <= 0 or work.method.error > 0:
+        return prepared
+    quicker = fitted(work.ground, work.layers, tolerance)
+    return prepared if quicker is None else replace(prepared, work=replace(work, method=quicker))

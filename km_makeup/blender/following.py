@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Generator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import bpy
 import numpy as np
@@ -19,11 +19,11 @@ from ..errors import MakeupError
 from ..makeup.maps import CHANNELS
 from . import baking, gpu_images
 from .makeup import plan_of
+from .reducing import smaller
 
 REST = 1.5
 """Seconds after the last stroke before images and files follow."""
 
-TEXTURES = ("R", "T2", "R_up", "finish")
 COARSE = 2
 """Mip level that a change is looked for at; what it finds is read again texel by texel, with a margin."""
 
@@ -71,7 +71,8 @@ def start(obj: bpy.types.Object, scene: bpy.types.Scene) -> None:
             )
         layers[layer.map.session_uid] = (place, layer.channel)
     past = baking.past_islands(obj, request.maps[0].shape)
-    follower = Follower(obj.session_uid, Kept(request), past, layers)
+    kept = Kept(replace(request, half=False))  # the card rounds what is drawn into it
+    follower = Follower(obj.session_uid, kept, past, layers)
     for index in plan.film_indices:
         image = obj.km_makeup.layers[index].map
         if gpu_images.usable(image):
@@ -142,11 +143,13 @@ def _patched(follower: Follower, obj: bpy.types.Object, image: bpy.types.Image) 
     height, width = follower.kept.maps[index].shape
     texels = gpu_images.read(image, found)[..., CHANNELS.index(channel)]
     follower.kept.maps[index][found.slices] = texels
-    place = follower.past.follow(follower.kept.maps[index], found).aligned(gpu_images.ALIGNED, height, width)
-    patch = follower.kept.patch(place)
-    shown = [getattr(obj.km_makeup, f"baked_{name}") for name in TEXTURES]
-    for texture, part in zip([one for one in shown if one is not None], patch.textures):
-        gpu_images.write(texture, place, part)
+    shown = {name: getattr(obj.km_makeup, f"baked_{name}") for name in follower.kept.request.textures}
+    divisor = width // shown["R"].size[0]
+    place = follower.past.follow(follower.kept.maps[index], found).aligned(gpu_images.ALIGNED * divisor, height, width)
+    whole = dict(zip(shown, follower.kept.patch(place).textures))
+    between = follower.kept.request.reference if obj.km_makeup.baked_simply else None
+    for name, part in smaller(whole, between, divisor).items():
+        gpu_images.write(shown[name], place.divided(divisor), part)
     return place
 
 

@@ -24,13 +24,26 @@ def reduced(
         return files
     pictures = {key: read_image(written(path))[0][..., :3] for key, path in files.items()}
     if not between:
-        back = pictures.pop("R_up").astype(np.float32)
-        pictures["T2"] = pictures["T2"] / np.maximum(1 - back * np.asarray(reference, np.float32), 1e-4)
         metadata = metadata | {"formula": "R + T2 c, c the bare skin; light between films and skin for the reference"}
-    pictures = {key: averaged(values, plan.divisor) for key, values in pictures.items()}
+    pictures = smaller(pictures, None if between else reference, plan.divisor)
     made = {key: files[key].with_name(f"{files[key].stem}_planned.exr") for key in pictures}
     write_exrs({made[key]: np.ascontiguousarray(pictures[key][::-1], np.float32) for key in made}, half, metadata)
     return made
+
+
+def smaller(textures: dict[str, NDArray], reference: NDArray | None, divisor: int) -> dict[str, NDArray]:
+    """Textures (height, width, 3, or 4 with alpha 1) by name as means of boxes of ``divisor`` texels a side.
+
+    With a reference colour of the skin, without R_up: light between films and that skin is in T2.
+    """
+    shown = dict(textures)
+    if reference is not None:
+        back = shown.pop("R_up")
+        c = np.append(reference, 0).astype(np.float32)[: back.shape[-1]]  # alpha stays 1
+        lost = back.astype(np.float32) * c
+        np.subtract(1, lost, out=lost)
+        shown["T2"] = shown["T2"] / np.maximum(lost, np.float32(1e-4), out=lost)
+    return {key: averaged(values, divisor) for key, values in shown.items()}
 
 
 def averaged(values: NDArray, divisor: int) -> NDArray:

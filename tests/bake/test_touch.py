@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from km_makeup.bake import bake, engine, touch
+from km_makeup.bake import bake, engine, tiles
 from km_makeup.bake.touch import Kept, Rectangle, changed
+from km_makeup.spectra import delta_e
 from tests.bake.test_engine import METHODS, REFERENCE, request
 
 HEIGHT, WIDTH = 60, 48
@@ -33,7 +34,7 @@ def stroke(values: np.ndarray, place: Rectangle, value: float) -> np.ndarray:
 def test_a_patch_is_what_a_whole_bake_puts_there(method):
     floats = method != "bytes"
     asked = request(maps=maps(floats), reference=REFERENCE, half=True, tolerance=0.1 if method == "fewer bands" else 0)
-    kept, textures = Kept(asked), list(vars_of(bake(asked)))
+    kept, textures = Kept(asked, 0), list(vars_of(bake(asked)))
     for layer, place, value in (
         (1, Rectangle(7, 30, 5, 41), 255),
         (0, Rectangle(20, 21, 3, 4), 0),
@@ -61,13 +62,44 @@ def test_a_stroke_that_changes_nothing_makes_no_patch():
     assert kept.touch(2, kept.maps[2].copy()) is None
 
 
-def test_a_patch_says_when_a_whole_bake_would_take_another_method(monkeypatch):
-    kept = Kept(request(maps=maps(False)))
-    monkeypatch.setattr(touch, "MOST", len(kept._seen))
-    patch = kept.patch(Rectangle(0, 9, 0, 9))
-    assert patch.same_method and patch.textures
-    patch = kept.touch(0, stroke(kept.maps[0], Rectangle(0, 9, 0, 9), 251))
-    assert patch is not None and not patch.same_method and len(patch.textures) == 3
+def seen_over(textures, skin):
+    """The colour of textures R, T2, R_up over a skin."""
+    R, T2, R_up = (np.asarray(one, np.float64)[..., :3] for one in textures)
+    return R + T2 * skin / (1 - R_up * skin)
+
+
+def painted_by_strokes(kept: Kept, order) -> list[np.ndarray]:
+    """The textures of a kept stack after strokes in some order, patched together."""
+    strokes = [(1, Rectangle(7, 30, 5, 41), 255), (0, Rectangle(20, 21, 3, 4), 0), (2, Rectangle(2, 50, 1, 40), 90)]
+    textures = list(kept.patch(Rectangle(0, HEIGHT, 0, WIDTH)).textures)
+    for number in order:
+        layer, place, value = strokes[number]
+        patch = kept.touch(layer, stroke(kept.maps[layer], place, value))
+        for texture, part in zip(textures, patch.textures):
+            texture[patch.place.slices] = part
+    return textures
+
+
+def test_strokes_keep_the_tolerance_of_the_bake_and_say_their_error():
+    asked = request(maps=maps(False), reference=REFERENCE)
+    kept, exact = (Kept(asked, tolerance) for tolerance in (0.05, 0))
+    assert exact.error == 0 < kept.error <= 0.05
+    quick, right = (painted_by_strokes(one, (0, 1, 2)) for one in (kept, exact))
+    assert not np.array_equal(quick[0], right[0])
+    for skin in (REFERENCE, 1.3 * REFERENCE, np.array([0.45, 0.27, 0.19])):
+        assert delta_e(seen_over(quick, skin), seen_over(right, skin)).max() <= 0.05
+
+
+@pytest.mark.parametrize("tolerance", [0, 0.05])
+def test_a_texel_depends_on_its_values_and_not_on_strokes_tiles_or_cores(monkeypatch, tolerance):
+    asked = request(maps=maps(False), reference=REFERENCE, half=True)
+    wanted = painted_by_strokes(Kept(asked, tolerance), (0, 1, 2))
+    for order, texels, cores in (((1, 2, 0), 1 << 17, 1), ((2, 0, 1), 100, 3), ((0, 1, 2), 7, 2)):
+        monkeypatch.setattr(tiles, "TILE_TEXELS", texels)
+        monkeypatch.setattr(tiles, "cores", lambda cores=cores: cores)
+        monkeypatch.setattr("km_makeup.bake.texels.BLOCK", 81 * texels)
+        for right, texture in zip(wanted, painted_by_strokes(Kept(asked, tolerance), order)):
+            assert np.array_equal(right, texture)
 
 
 @pytest.mark.parametrize("shape", [(16, 16), (17, 13), (1, 1), (5, 8)])

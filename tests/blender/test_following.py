@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -59,6 +60,62 @@ def test_a_stroke_is_in_the_textures_before_a_save_or_a_render(tmp_path):
     assert files == {f.name: f.stat().st_mtime_ns for f in (tmp_path / "textures").iterdir()}
     head.km_makeup.follows = False
     assert not following.follows(head) and handlers() == 0
+
+
+class Card:
+    """Stands for the graphics card: textures are read from the images, and what is drawn is kept."""
+
+    def __init__(self) -> None:
+        self.drawn: dict[str, np.ndarray] = {}
+
+    def read(self, image, place, level=0):
+        from km_makeup.blender import images
+
+        step = 1 << level
+        texels = np.rint(255 * images.pixels(image)).astype(np.uint8)[step // 2 :: step, step // 2 :: step]
+        return np.ascontiguousarray(texels[place.slices])
+
+    def write(self, image, place, texels):
+        from km_makeup.blender import images
+
+        kept = self.drawn.setdefault(image.name, images.pixels(image).copy())
+        assert kept[place.slices].shape == texels.shape
+        kept[place.slices] = texels
+
+
+@pytest.mark.parametrize("switch", ["ON", "OFF"])
+@pytest.mark.parametrize("divisor", [1, 2, 4])
+def test_what_is_drawn_on_the_card_is_what_the_bake_then_makes_of_the_stroke(tmp_path, monkeypatch, switch, divisor):
+    """Whole textures and those of a plan: without R_up, and smaller; to what half floats and fewer bands cost."""
+    import bpy
+
+    from km_makeup.blender import baking, following, gpu_images, images
+
+    head, card, plan_of = made_up(tmp_path / "textures", scenes.spots(256)), Card(), baking.plan_of
+    said = head.km_makeup.overrides.add()
+    said.name, said.switch = "interreflection", switch
+    planned = lambda *a, **o: dataclasses.replace(plan_of(*a, **o), divisor=divisor)  # noqa: E731
+    monkeypatch.setattr(baking, "plan_of", planned)
+    monkeypatch.setattr(gpu_images, "usable", lambda image: True)
+    monkeypatch.setattr(gpu_images, "read", card.read)
+    monkeypatch.setattr(gpu_images, "write", card.write)
+    head.km_makeup.follows = True
+    shown = {name: getattr(head.km_makeup, f"baked_{name}") for name in ("R", "T2", "R_up", "finish")}
+    assert (shown["R_up"] is None) == (switch == "OFF") and shown["R"].size[0] == 256 // divisor
+    before = {one.name: images.pixels(one) for one in shown.values() if one}
+    image = head.km_makeup.layers[1].map
+    values = images.pixels(image)
+    values[90:150, 100:170, :3] = np.linspace(0.2, 1, 70)[:, None]
+    image.pixels.foreach_set(values.reshape(-1))
+    image.update_tag()
+    bpy.context.view_layer.update()
+    assert set(card.drawn) == set(before)
+    following.catch_up()
+    for name, drawn in card.drawn.items():
+        after = images.pixels(bpy.data.images[name])
+        assert np.abs(after - before[name]).max() > 0.05 or "finish" in name
+        np.testing.assert_allclose(drawn, after, atol=2e-3)
+    head.km_makeup.follows = False
 
 
 def test_maps_that_patches_are_not_made_for_are_refused_and_the_switch_goes_back(tmp_path):

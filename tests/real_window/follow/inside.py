@@ -5,6 +5,7 @@ Arguments after `--`: the file that the figures are written to, as JSON, and the
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import sys
 import tempfile
@@ -60,6 +61,31 @@ def card(image, place, level: int = 0) -> np.ndarray:
     return np.asarray(data)
 
 
+def bake_of(baking, obj, plan) -> list[np.ndarray]:
+    """What the object's textures must be: a bake of its maps at all bands, apart from files, images and strokes."""
+    request = baking.request_of(obj, plan)
+    engine = sys.modules[type(request).__module__]
+    made = engine.bake(dataclasses.replace(request, tolerance=0))
+    R, T2, R_up = (np.asarray(one, np.float32) for one in (made.R, made.T2, made.R_up))
+    if not obj.km_makeup.baked_simply:
+        return [R, T2, R_up]
+    between = T2[..., :3] / np.maximum(1 - R_up[..., :3] * request.reference.astype(np.float32), 1e-4)
+    T2[..., :3] = between.astype(np.float16)  # textures without R_up hold light between films and this skin in T2
+    return [R, T2]
+
+
+def textures_of(obj) -> list:
+    """The textures that are shown: R, T2 and, where the plan has it, R_up."""
+    every = (getattr(obj.km_makeup, f"baked_{name}") for name in ("R", "T2", "R_up"))
+    return [one for one in every if one is not None]
+
+
+def seen(textures, skin: np.ndarray) -> np.ndarray:
+    """The colour of R, T2 and perhaps R_up over a skin."""
+    R, T2, *R_up = (one[..., :3].astype(float) for one in textures)
+    return R + T2 * skin / (1 - (R_up[0] if R_up else 0.0) * skin)
+
+
 def _added(function, spent: dict[str, float], name: str):
     """The function, its seconds added up."""
 
@@ -112,13 +138,15 @@ def strokes() -> Generator[float, None, None]:
     seconds, cpu, touched, places = [], [], 0, []  # of updates that changed something: a stroke may bring another one
     parts: list[dict[str, float]] = []
     real, gpu_images = following._patched, our("gpu_images")
-    names = ("read", "write", "patch", "follow")
+    names = ("read", "write", "patch", "follow", "smaller", "_changed_place")
     spent = dict.fromkeys([*names, *(f"{name}, processor" for name in names)], 0.0)
     for holder, name in (
         (gpu_images, "read"),
         (gpu_images, "write"),
         (touch.Kept, "patch"),
         (following.Dilation, "follow"),
+        (following, "smaller"),
+        (following, "_changed_place"),
     ):
         setattr(holder, name, _added(getattr(holder, name), spent, name))
 
@@ -132,7 +160,7 @@ def strokes() -> Generator[float, None, None]:
             seconds.append(time.perf_counter() - began)
             touched = max(touched, (place.bottom - place.top) * (place.right - place.left))
             places.append(place)
-            parts.append({**spent, "known": len(follower.kept._known._keys)})
+            parts.append(dict(spent))
         return place
 
     following._patched = timed
@@ -148,17 +176,30 @@ def strokes() -> Generator[float, None, None]:
             yield 0.1
             if len(places) > count:
                 break
-    place = places[-1]
-    drawn, level = card(plane.km_makeup.baked_R, place), 2
+    place, follower = places[-1], next(iter(following._followers.values()))
+    reference, error = follower.kept.request.reference, follower.kept.error
+    assert tuple(plane.km_makeup.baked_R.size) == (SIZE, SIZE)
+    colours, level = [card(one, place) for one in textures_of(plane)], 2
+    drawn = colours[0]
     smaller = touch.Rectangle(*(n >> level for n in (place.top, place.bottom, place.left, place.right)))
     coarse = card(plane.km_makeup.baked_R, smaller, level)
     step = 1 << level
     mean = drawn.reshape(drawn.shape[0] // step, step, drawn.shape[1] // step, step, 4).mean(axis=(1, 3))
     for _ in range(600):
         yield 0.1
-        if not next(iter(following._followers.values())).last_stroke:
+        if not follower.last_stroke:
             break
-    final = images.pixels(plane.km_makeup.baked_R)[place.slices]
+    yield 1.0
+    textures = textures_of(plane)
+    final = [images.pixels(one) for one in textures]
+    right = bake_of(baking, plane, makeup.plan_of(plane, bpy.context.scene, baked=True))
+    at_rest = max(float(np.abs(file - one).max()) for file, one in zip(final, right))
+    at_rest = max(
+        at_rest, *(float(np.abs(card(one, place) - file[place.slices]).max()) for one, file in zip(textures, final))
+    )
+    final = [file[place.slices] for file in final]
+    delta_e = sys.modules[touch.fitted.__module__].delta_e
+    stroke_error = delta_e(*(seen(one, reference) for one in (colours, final)), bpy.data.colorspace.working_space)
     values = images.pixels(plane.km_makeup.layers[1].map)
     values[100:200, 100:200, :3] = 1
     plane.km_makeup.layers[1].map.pixels.foreach_set(values.reshape(-1))
@@ -168,7 +209,8 @@ def strokes() -> Generator[float, None, None]:
 
     result = {
         "size": SIZE, "seconds": seconds, "cpu": cpu, "touched": touched, "renderer": gpu.platform.renderer_get(),
-        "bake": time.perf_counter() - start, "difference": float(np.abs(drawn - final).max()),
+        "bake": time.perf_counter() - start, "stroke_error": float(stroke_error.max()), "expected": error,
+        "at_rest": at_rest,
         "mip_difference": float(np.abs(coarse - mean).max()), "places": [str(p) for p in places],
         "parts": parts,
     }  # fmt: skip
