@@ -15,8 +15,10 @@ from .combinations import Combinations
 from .fewer import Ground, Method
 from .levels import Painted, Tile
 
-BLOCK = 1 << 16
-"""Numbers computed together, texels or combinations times bands: a quarter of a megabyte an array, which a core's cache holds."""
+BLOCK = 1 << 18
+"""Numbers computed together, texels or combinations times bands: a megabyte an array, which a core's cache holds.
+
+With smaller ones threads wait for one another: NumPy takes Python's lock between any two operations."""
 
 TEXTURES = ("R", "T2", "R_up")
 NO_FINISH = (1.0, 0.0, 0.0)

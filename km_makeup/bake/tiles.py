@@ -12,8 +12,8 @@ from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
 
-TILE_TEXELS = 1 << 17
-"""Texels of a tile: eight bytes each are then a megabyte, about a core's cache."""
+TILE_TEXELS = 1 << 18
+"""Texels of a tile: eight bytes each are then two megabytes, about a core's cache."""
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
