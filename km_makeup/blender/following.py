@@ -77,6 +77,7 @@ def start(obj: bpy.types.Object, scene: bpy.types.Scene) -> None:
         image = obj.km_makeup.layers[index].map
         if gpu_images.usable(image):
             follower.coarse[image.session_uid] = _coarse(image)
+    gpu_images.load(_shown(follower, obj).values())
     _followers[obj.session_uid] = follower
     for handlers, function in _handlers():
         if function not in handlers:
@@ -143,14 +144,20 @@ def _patched(follower: Follower, obj: bpy.types.Object, image: bpy.types.Image) 
     height, width = follower.kept.maps[index].shape
     texels = gpu_images.read(image, found)[..., CHANNELS.index(channel)]
     follower.kept.maps[index][found.slices] = texels
-    shown = {name: getattr(obj.km_makeup, f"baked_{name}") for name in follower.kept.request.textures}
+    shown = _shown(follower, obj)
     divisor = width // shown["R"].size[0]
     place = follower.past.follow(follower.kept.maps[index], found).aligned(gpu_images.ALIGNED * divisor, height, width)
-    whole = dict(zip(shown, follower.kept.patch(place).textures))
+    whole = dict(zip(follower.kept.request.textures, follower.kept.patch(place).textures))
     between = follower.kept.request.reference if obj.km_makeup.baked_simply else None
     for name, part in smaller(whole, between, divisor).items():
         gpu_images.write(shown[name], place.divided(divisor), part)
     return place
+
+
+def _shown(follower: Follower, obj: bpy.types.Object) -> dict[str, bpy.types.Image]:
+    """The textures that the head shows, by name; R_up only where the plan calls for it."""
+    every = {name: getattr(obj.km_makeup, f"baked_{name}") for name in follower.kept.request.textures}
+    return {name: image for name, image in every.items() if image is not None}
 
 
 def _changed_place(follower: Follower, image: bpy.types.Image) -> Rectangle | None:
@@ -186,6 +193,8 @@ def _when_at_rest() -> float | None:
             continue
         if time.perf_counter() - follower.last_stroke < REST or _bake_step(follower):
             left = True
+        elif (obj := _head(follower)) is not None:
+            gpu_images.load(_shown(follower, obj).values())
     return 0.02 if left else None
 
 

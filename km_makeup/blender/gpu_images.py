@@ -7,7 +7,7 @@ from the image, so the image has to follow.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import bpy
 import gpu
@@ -31,6 +31,15 @@ def usable(image: bpy.types.Image) -> bool:
         return False
     texture = gpu.texture.from_image(image)
     return (texture.width, texture.height) == tuple(image.size)
+
+
+def load(images: Iterable[bpy.types.Image]) -> None:
+    """Put images on the card, which takes seconds for large ones, and the shader: not in the middle of a stroke."""
+    if bpy.app.background:
+        return
+    for image in images:
+        gpu.texture.from_image(image)
+    _patch_shader()
 
 
 def read(image: bpy.types.Image, place: Rectangle, level: int = 0) -> NDArray[np.uint8]:
