@@ -7,6 +7,10 @@ import pytest
 from tests import stamps
 
 OLDER = {
+    "bake_scale.md",
+    "bake_speed.md",
+    "follow.md",
+    "session_speed.md",
     "diffusion_heads.md",
     "flat_field.json",
     "kill_points.md",
@@ -16,7 +20,8 @@ OLDER = {
 }
 """Results that are older than their code: the diffusion of heads, since its taps follow the surface; kill points, since a bake asks first
 whether its folder can be written to; the plan's bound, since what it showed of the renderer's own scattering was mended; what scenes get,
-until its times are measured; the flat field and live colours, since colour's tables come, the same to the last bit, from a file."""
+until its times are measured; bakes, strokes and a session's start, since their blocks and bands changed and until a quiet
+run; the flat field and live colours, since colour's tables come, the same to the last bit, from a file."""
 
 
 @pytest.mark.parametrize("file", sorted(stamps.RESULTS.iterdir()), ids=lambda file: file.name)
