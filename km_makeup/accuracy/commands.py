@@ -29,7 +29,8 @@ Factories = Mapping[str, Callable[[], Ladder]]
 
 @dataclass(frozen=True)
 class SceneRequest:
-    """The head whose pictures are measured: file, look or empty, camera or empty, size in pixels, samples of the reference and of a frame."""
+    """The head whose pictures are measured: file, look or empty, camera or empty, size in pixels, samples of the reference, of a frame
+    for its error, and of one for its time (0: the same)."""
 
     head: Path
     look: Path | None
@@ -37,6 +38,7 @@ class SceneRequest:
     size: tuple[int, int]
     reference_samples: int
     samples: int
+    timed: int = 0
 
 
 @dataclass(frozen=True)
@@ -102,6 +104,10 @@ def add_accuracy_command(commands: Any, open_scene: OpenScene | None = None) -> 
         help="samples of the pictures' reference (default: 512)",
     )
     sub.add_argument("--samples", type=int, default=16, help="samples of a frame (default: 16)")
+    sub.add_argument(
+        "--timed-samples", type=int, default=0, metavar="SAMPLES",
+        help="samples of a frame whose time is taken, where frames are slow (default: as --samples)",
+    )  # fmt: skip
     sub.add_argument(
         "--ladder", action="append", default=[],
         help=f"{', '.join(ladders())}; of a head also {', '.join(PICTURE_LADDERS)}; may be given again (default: all)",
@@ -181,9 +187,21 @@ def _known(options: argparse.Namespace) -> tuple[dict[str, Callable[[], Ladder]]
         )
     if not 1 <= options.samples <= 1 << 16:
         raise MakeupError(f"--samples {options.samples}: give 1 or more samples a pixel.")
+    if not 0 <= options.timed_samples <= options.samples:
+        raise MakeupError(
+            f"--timed-samples {options.timed_samples}: give 1 to {options.samples} samples, or leave it out."
+        )
     samples = max(2, options.reference // (4 if options.quick else 1))
     scene = options.open_scene(
-        SceneRequest(options.head, options.look, options.view, (int(width), int(height)), samples, options.samples)
+        SceneRequest(
+            options.head,
+            options.look,
+            options.view,
+            (int(width), int(height)),
+            samples,
+            options.samples,
+            options.timed_samples,
+        )
     )
     return {**numeric, **scene.ladders}, scene
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import functools
 import json
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from ..errors import MakeupError
 from ..files import write_text
 from .ladder import Result
+from .lights import mean_error
 
 SHIPPED = Path(__file__).with_name("shipped.json")
 FORMAT = 1
@@ -31,12 +32,18 @@ class KeptRung:
 
 @dataclass(frozen=True)
 class Kept:
-    """Rungs, what they were measured on, megapixels of a frame, and the grain of the reference by ladder."""
+    """Rungs, what they were measured on, megapixels of a frame, and the light.
+
+    ``shares`` of the light by kind, as `lights.light_shares` gives them; ``lights`` the mean CIEDE2000 of EEVEE's picture from
+    Cycles in light of one kind alone, where that was measured (`python -m tests.accuracy.lights`).
+    """
 
     rungs: tuple[KeptRung, ...]
     machine: str = ""
     date: str = ""
     megapixels: float = 0.0
+    shares: Mapping[str, float] = field(default_factory=dict)
+    lights: Mapping[str, float] = field(default_factory=dict)
 
     def with_setting(self, ladder: str, settings: Sequence[str]) -> KeptRung | None:
         """The rung of a ladder that one of the settings in force chooses."""
@@ -55,7 +62,9 @@ class Kept:
         write_text(path, self.as_json())
 
 
-def keep(results: Sequence[Result], made: dict[str, str], megapixels: float = 0.0) -> Kept:
+def keep(
+    results: Sequence[Result], made: dict[str, str], megapixels: float = 0.0, shares: Mapping[str, float] | None = None
+) -> Kept:
     """What of a measurement is worth keeping."""
     from .report import fastest
 
@@ -67,7 +76,13 @@ def keep(results: Sequence[Result], made: dict[str, str], megapixels: float = 0.
         for result in results
         for r in result.rungs
     )  # fmt: skip
-    return Kept(rungs, f"{made.get('processor', '')}, {made.get('cores', '?')} cores", made.get("date", ""), megapixels)
+    return Kept(
+        rungs,
+        f"{made.get('processor', '')}, {made.get('cores', '?')} cores",
+        made.get("date", ""),
+        megapixels,
+        shares or {},
+    )
 
 
 def read_kept(text: str, where: str) -> Kept:
@@ -82,10 +97,17 @@ def read_kept(text: str, where: str) -> Kept:
         raise MakeupError(f"{where} holds no measurement ({type(error).__name__}: {error}); measure again.") from None
 
 
+def light_scale(kept: Kept, shares: Mapping[str, float]) -> float:
+    """How many times as far from Cycles EEVEE is in a light as in the one a measurement was made in; 1 where that is not known."""
+    errors = shipped().lights
+    here, there = mean_error(errors, shares), mean_error(errors, kept.shares)
+    return here / there if here > 0 and there > 0 else 1.0
+
+
 @functools.cache
 def shipped() -> Kept:
     """The measurement of the sample head that comes with the extension."""
     return read_kept(SHIPPED.read_text(encoding="utf-8"), str(SHIPPED))
 
 
-__all__ = ["Kept", "KeptRung", "keep", "read_kept", "shipped"]
+__all__ = ["Kept", "KeptRung", "keep", "light_scale", "read_kept", "shipped"]

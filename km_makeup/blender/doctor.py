@@ -10,6 +10,7 @@ import bpy
 import numpy as np
 
 from ..errors import MakeupError
+from . import light_threshold
 from .library import library, user_folder
 
 
@@ -37,20 +38,34 @@ def examine() -> list[Finding]:
 
 
 def examine_scene(scene: bpy.types.Scene) -> list[Finding]:
-    """Examine what in a scene makes pictures of a head slow without need."""
+    """Examine what in a scene makes pictures of a head slow without need, or dark."""
+    return [_lamps(scene), _shadows(scene)]
+
+
+def _lamps(scene: bpy.types.Scene) -> Finding:
+    threshold = scene.eevee.light_threshold
+    if not light_threshold.fades(scene):
+        return Finding("lamps", True, "EEVEE gives all of their light")
+    what = "loses lamps or half of their light" if threshold == 0 else "fades weak lamps, by a fifth and more on a face"
+    return Finding(
+        "lamps",
+        False,
+        f"Render › Light Threshold is {threshold:g}, with which EEVEE {what}; set it to {light_threshold.WHOLE:g}, as Set Up Makeup does.",
+    )
+
+
+def _shadows(scene: bpy.types.Scene) -> Finding:
     found = shadows_of_clear_surfaces(scene)
     if not found:
-        return [Finding("shadows", True, "no clear surface casts one")]
+        return Finding("shadows", True, "no clear surface casts one")
     named = ", ".join(f"{obj} (material {material})" for obj, material in found)
-    return [
-        Finding(
-            "shadows",
-            False,
-            f"{named}: clear, and casting shadows, for which EEVEE draws shadow maps anew in every sample, up to three "
-            "times the time of a picture. Where no shadow is wanted, as of a cornea or tears, turn off Object › Visibility "
-            "› Ray Visibility › Shadow, or Material › Settings › Transparent Shadows where the shadow may be solid.",
-        )
-    ]
+    return Finding(
+        "shadows",
+        False,
+        f"{named}: clear, and casting shadows, for which EEVEE draws shadow maps anew in every sample, up to three "
+        "times the time of a picture. Where no shadow is wanted, as of a cornea or tears, turn off Object › Visibility "
+        "› Ray Visibility › Shadow, or Material › Settings › Transparent Shadows where the shadow may be solid.",
+    )
 
 
 def shadows_of_clear_surfaces(scene: bpy.types.Scene) -> list[tuple[str, str]]:

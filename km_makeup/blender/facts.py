@@ -12,6 +12,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
+from ..accuracy import lights
 from ..effects import Engine, LampFacts, LayerFacts, SceneFacts, SkinFacts, Switch, TextureFacts, ViewFacts
 from ..errors import MakeupError
 from ..makeup import coat
@@ -185,6 +186,12 @@ def _lamps(obj: bpy.types.Object, scene: bpy.types.Scene, view: ViewFacts) -> tu
     if _world_is_unknown(scene) or (not found and not any(_world(scene)) and _something_glows(scene)):
         found.append(LampFacts("World", (math.pi * UNKNOWN_WORLD,) * 3, 1e-3, real=False))
     return tuple(found), lamps.sentence
+
+
+def light_shares(obj: bpy.types.Object, scene: bpy.types.Scene) -> dict[str, float]:
+    """Shares of the light on the object by kind, as `accuracy.lights` has them."""
+    lamps, _ = _lamps(obj, scene, ViewFacts(any_view=True))
+    return lights.light_shares(lamps, (0.0, 0.0, 0.0) if _world_is_unknown(scene) else _world(scene))
 
 
 def _view_dot_half(lamp: bpy.types.Object, place: Vector, eyes: Sequence[Matrix]) -> float:

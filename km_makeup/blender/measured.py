@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
 
-from ..accuracy.kept import Kept, KeptRung, keep, read_kept, shipped
+from ..accuracy.kept import Kept, KeptRung, keep, light_scale, read_kept, shipped
 from ..accuracy.ladder import Result
 from ..errors import MakeupError
+from .facts import light_shares
 from .measuring.scene import current_settings
 
 PICTURE, DIFFUSION = "picture", "diffusion"
@@ -31,46 +32,54 @@ def remember(obj: bpy.types.Object, scene: bpy.types.Scene, results: Sequence[Re
     """Keep a measurement on the object; rungs of ladders not measured now stay."""
     size = scene.render.resolution_percentage / 100
     pixels = scene.render.resolution_x * scene.render.resolution_y * size * size
-    new = keep(results, made, pixels / 1e6)
+    new = keep(results, made, pixels / 1e6, light_shares(obj, scene))
     before, own = measurement_of(obj)
     ladders = {rung.ladder for rung in new.rungs}
     old = tuple(rung for rung in before.rungs if own and rung.ladder not in ladders)
-    kept = Kept(old + new.rungs, new.machine, new.date, new.megapixels)
+    kept = replace(new, rungs=old + new.rungs)
     obj.km_makeup.measured = kept.as_json()
     return kept
 
 
 @dataclass(frozen=True)
 class Expected:
-    """What the settings in force are expected to be off by, from rungs that were measured."""
+    """What the settings in force are expected to be off by, from rungs that were measured.
+
+    ``scale``: how many times the rungs' error it is in this scene's light; 1 where they were measured in it.
+    """
 
     rung: KeptRung
     best: KeptRung
     own: bool
+    scale: float = 1.0
+
+    @property
+    def mean(self) -> float:
+        """Expected mean CIEDE2000 of the settings in force."""
+        return self.rung.mean * self.scale
 
 
 def expected(obj: bpy.types.Object, scene: bpy.types.Scene) -> list[Expected]:
     """For the picture and for the diffusion: the rung of the present settings, and the best of the same engine."""
     kept, own = measurement_of(obj)
     settings = current_settings(obj, scene)
+    scale = light_scale(kept, light_shares(obj, scene))
     found = []
     for ladder in (PICTURE, DIFFUSION):
         rung = kept.with_setting(ladder, settings)
         if rung is None:
             continue
-        same = [
-            r
-            for r in kept.rungs
-            if r.ladder == ladder and r.name.startswith("Cycles") == rung.name.startswith("Cycles")
-        ]
-        found.append(Expected(rung, min(same, key=lambda r: r.mean), own))
+        traced = rung.name.startswith("Cycles")
+        same = [r for r in kept.rungs if r.ladder == ladder and r.name.startswith("Cycles") == traced]
+        found.append(Expected(rung, min(same, key=lambda r: r.mean), own, 1.0 if traced else scale))
     return found
 
 
 def sentence(one: Expected) -> str:
     """An expected error as a sentence."""
     what = {PICTURE: "Picture", DIFFUSION: "Diffusion"}[one.rung.ladder]
-    text = f"{what}: ΔE {one.rung.mean:.2f} from Cycles ({one.rung.name})"
-    if one.best.name != one.rung.name and one.best.mean < one.rung.mean - 0.005:
-        text += f"; best {one.best.mean:.2f} with {one.best.name}, {one.best.seconds / one.rung.seconds:.2f} times the frame"
+    text = f"{what}: ΔE {one.mean:.2f} from Cycles ({one.rung.name})"
+    best = one.best.mean * one.scale
+    if one.best.name != one.rung.name and best < one.mean - 0.005:
+        text += f"; best {best:.2f} with {one.best.name}, {one.best.seconds / one.rung.seconds:.2f} times the frame"
     return text

@@ -11,6 +11,7 @@ import numpy as np
 from mathutils import Matrix, Vector
 
 from ..errors import MakeupError
+from .light_threshold import give_all_light
 from .makeup import usable_slots
 
 UNITS = (("metres", 1.0), ("decimetres", 0.1), ("centimetres", 0.01), ("millimetres", 0.001), ("inches", 0.0254))
@@ -250,6 +251,7 @@ def add_studio(obj: bpy.types.Object) -> None:
         lamp.location = tip + Vector(place)
         lamp.rotation_euler = (tip + Vector((0, 0.05, 0)) - lamp.location).to_track_quat("-Z", "Y").to_euler()
         bpy.context.scene.collection.objects.link(lamp)
+    give_all_light(bpy.context.scene)
     world = bpy.data.worlds.new("Studio")
     background = next(n for n in world.node_tree.nodes if n.bl_idname == "ShaderNodeBackground")
     background.inputs["Color"].default_value = (0.05, 0.05, 0.05, 1)

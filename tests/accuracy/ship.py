@@ -3,8 +3,9 @@
     python -m km_makeup accuracy sample_blend/head.blend --look sample_blend/looks/evening.json --out accuracy
     python -m tests.accuracy.ship accuracy [FURTHER FOLDERS, of ladders that were measured apart]
 
-Writes km_makeup/accuracy/shipped.json (what the panel shows until a scene was measured), two plots beside the sample head and the
-tables between the marks in README.md.
+Writes km_makeup/accuracy/shipped.json (what the panel shows until a scene was measured; what `tests.accuracy.lights` wrote there
+stays), km_makeup/effects/calibration.json (what the plan takes effects to cost until then), two plots beside the sample head and
+the tables between the marks in README.md.
 """
 
 from __future__ import annotations
@@ -13,10 +14,14 @@ import argparse
 import json
 import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 
-from km_makeup.accuracy.kept import SHIPPED, Kept, KeptRung
+from km_makeup.accuracy.kept import SHIPPED, Kept, KeptRung, read_kept
+from km_makeup.effects import Calibration
+from km_makeup.effects import calibration as costs
 
+COSTS = "calibration.json"
 ROOT = Path(__file__).resolve().parents[2]
 README = ROOT / "README.md"
 BEGIN, END = "<!-- accuracy: begin -->", "<!-- accuracy: end -->"
@@ -57,7 +62,10 @@ def main() -> int:
         for name in PLOTS:
             if (folder / f"{name}.svg").is_file():
                 (ROOT / "sample_blend" / f"accuracy-{name}.svg").write_bytes((folder / f"{name}.svg").read_bytes())
-    kept_of(content).write(SHIPPED)
+    before = read_kept(SHIPPED.read_text(encoding="utf-8"), str(SHIPPED))
+    replace(kept_of(content), shares=before.shares, lights=before.lights).write(SHIPPED)
+    for folder in options.folders:
+        ship_costs(folder / COSTS)
     text = README.read_text(encoding="utf-8")
     if BEGIN in text:
         table = f"{BEGIN}\n{tables(content)}\n{END}"
@@ -66,6 +74,13 @@ def main() -> int:
         )
     print(f"written: {SHIPPED.relative_to(ROOT)}, README.md")
     return 0
+
+
+def ship_costs(file: Path) -> None:
+    """Take the costs that a plan weighs from a measurement's calibration; kinds it does not know stay as they are."""
+    if file.is_file():
+        found = Calibration.read(file)
+        found.write(costs.SHIPPED)
 
 
 def kept_of(content: dict) -> Kept:

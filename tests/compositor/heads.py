@@ -399,6 +399,7 @@ def _add_lamps(head) -> None:
     from mathutils import Vector
 
     from km_makeup.blender import studio
+    from km_makeup.blender.light_threshold import give_all_light
 
     def lamps():
         return [obj for obj in bpy.context.scene.objects if obj.type == "LIGHT"]
@@ -415,6 +416,7 @@ def _add_lamps(head) -> None:
         bpy.context.scene.collection.objects.link(lamp)
     for data in bpy.data.lights:
         data.shadow_maximum_resolution, data.shadow_filter_radius = 1e-4, 0
+    give_all_light(bpy.context.scene)
 
 
 @contextlib.contextmanager

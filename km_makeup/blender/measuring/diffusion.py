@@ -35,7 +35,7 @@ def diffusion_ladder(stage: Stage) -> Ladder:
         "diffusion",
         "Diffusion of light in the skin",
         "CIEDE2000",
-        f"a frame of {stage.scene.render.resolution_x}x{stage.scene.render.resolution_y} at {stage.samples} samples",
+        stage.frame(),
         f"Cycles, {stage.reference_samples} samples, the material's own scattering, no light from surface to surface",
         rungs,
         before=lambda: stage.make_reference(bounces=False),
@@ -73,6 +73,7 @@ def state_rung(stage: Stage, name: str, about: str, make: Callable[[], State], s
             stage.bring(found[0])
 
     def error() -> Finding:
+        stage.all_samples(found[0])
         stage.take()
         return stage.compare(bounces)
 

@@ -37,7 +37,7 @@ def gloss_ladder(stage: Stage) -> Ladder:
         "gloss",
         "Highlights in the picture",
         "CIEDE2000",
-        f"a frame of {stage.scene.render.resolution_x}x{stage.scene.render.resolution_y} at {stage.samples} samples",
+        stage.frame(),
         f"Cycles, {stage.reference_samples} samples, a GGX lobe for each finish, no light from surface to surface",
         [state_rung(stage, name, about, make, setting, bounces=False) for name, about, make, setting in rungs],
         before=lambda: stage.make_reference(bounces=False),

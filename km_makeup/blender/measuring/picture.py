@@ -27,7 +27,7 @@ def picture_ladder(stage: Stage) -> Ladder:
         "picture",
         "The whole picture",
         "CIEDE2000",
-        f"a frame of {stage.scene.render.resolution_x}x{stage.scene.render.resolution_y}, EEVEE at {stage.samples} samples",
+        stage.frame(),
         f"Cycles, {stage.reference_samples} samples, the scene's own bounces",
         [state_rung(stage, name, about, make, setting, bounces=True) for name, about, make, setting in wardrobe.rungs()],
         before=lambda: stage.make_reference(bounces=True),

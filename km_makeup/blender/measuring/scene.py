@@ -58,13 +58,15 @@ def open_scene(request: SceneRequest) -> SceneLadders:
         resolution_y=request.size[1],
         resolution_percentage=100,
     )
-    stage = _stage(scene, obj, request.reference_samples, request.samples)
+    stage = _stage(scene, obj, request.reference_samples, request.samples, request.timed)
     about = {
         "Blender": bpy.app.version_string,
         "size": f"{request.size[0]}x{request.size[1]}",
         "scene": f"{request.head.name}{f', {request.look.stem}' if request.look else ''}, camera {scene.camera.name}",
     }
-    return SceneLadders(_ladders(stage), current_settings(obj, scene), about, frames_of(obj, scene, request.samples))
+    return SceneLadders(
+        _ladders(stage), current_settings(obj, scene), about, frames_of(obj, scene, request.timed or request.samples)
+    )
 
 
 @contextmanager
@@ -93,13 +95,15 @@ def frames_of(obj: bpy.types.Object, scene: bpy.types.Scene, samples: int) -> Fr
     return Frames(pixels / 1e6, samples, films, len(lamps_for(obj, scene).chosen))
 
 
-def _stage(scene: bpy.types.Scene, obj: bpy.types.Object, reference_samples: int, samples: int) -> Stage:
+def _stage(
+    scene: bpy.types.Scene, obj: bpy.types.Object, reference_samples: int, samples: int, timed: int = 0
+) -> Stage:
     """MakeupError where there is nothing to measure."""
     if not obj.km_makeup.slots or not obj.km_makeup.layers:
         raise MakeupError(f"{obj.name!r} has no makeup to measure; give --look, or a .blend that has some.")
     if scene.camera is None:
         raise MakeupError(f"The scene {scene.name!r} has no camera; add one.")
-    return Stage(scene, obj, reference_samples, samples)
+    return Stage(scene, obj, reference_samples, samples, timed)
 
 
 def _ladders(stage: Stage) -> dict[str, Callable[[], Ladder]]:

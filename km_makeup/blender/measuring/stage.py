@@ -70,6 +70,9 @@ class Stage:
     obj: bpy.types.Object
     reference_samples: int
     samples: int
+    """Of a frame whose error is measured."""
+    timed: int = 0
+    """Samples of a frame whose time is measured; 0: the same."""
     references: dict[bool, Reference] = field(default_factory=dict)
     """By whether light bounces."""
     picture: Pixels | None = None
@@ -81,6 +84,7 @@ class Stage:
     _images: list[bpy.types.Image] = field(default_factory=list)
     _inserted: bool = False
     _asked: object = None
+    _share: float = 1.0
     _size: tuple[int, int] = (0, 0)
 
     def __post_init__(self) -> None:
@@ -91,6 +95,7 @@ class Stage:
             self.scene.render, engine=self.scene.render.engine, use_compositing=self.scene.render.use_compositing
         )
         self._asked = self.scene.get(ASKED)
+        self.timing()
         compositor.forget(self.scene)  # or every rebuild would put the diffusion in, or take it out
         bpy.app.handlers.render_stats.append(self._watch)
 
@@ -137,17 +142,43 @@ class Stage:
         if state.engine == "CYCLES":
             self._cycles(state)
         else:
-            change(scene.eevee, taa_render_samples=state.samples)
+            change(scene.eevee, taa_render_samples=self._count(state))
 
     def _cycles(self, state: State) -> None:
         cycles = self.scene.cycles
         self._settings.set(
-            cycles, samples=state.samples, seed=0, use_animated_seed=False, use_denoising=state.denoised,
+            cycles, samples=self._count(state), seed=0, use_animated_seed=False, use_denoising=state.denoised,
             use_adaptive_sampling=False, sample_clamp_direct=0.0, sample_clamp_indirect=0.0,
         )  # fmt: skip
         bounces: int = 0 if not state.bounces else self._settings.before(cycles, "diffuse_bounces")
         glossy: int = 0 if not state.bounces else self._settings.before(cycles, "glossy_bounces")
         self._settings.set(cycles, diffuse_bounces=bounces, glossy_bounces=glossy)
+
+    def frame(self) -> str:
+        """What a frame is, in words."""
+        render = self.scene.render
+        size = f"a frame of {render.resolution_x}x{render.resolution_y}"
+        if self.timed in (0, self.samples):
+            return f"{size} at {self.samples} samples"
+        return f"{size} at {self.timed} samples, its error at {self.samples}"
+
+    def timing(self) -> None:
+        """From the next state that is brought on, frames are for their time."""
+        self._share = (self.timed or self.samples) / self.samples
+
+    def all_samples(self, state: State) -> None:
+        """Make the picture of a state for its error, where the frame that was rendered last was for its time."""
+        if self._share == 1.0:
+            return
+        self._share = 1.0
+        try:
+            self.bring(state)
+            self.render()
+        finally:
+            self.timing()
+
+    def _count(self, state: State) -> int:
+        return max(1, round(state.samples * self._share))
 
     def white(self) -> tuple[float, float, float]:
         """What a white card reads."""

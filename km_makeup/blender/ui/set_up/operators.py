@@ -7,6 +7,7 @@ from bpy.props import BoolProperty, EnumProperty, IntProperty
 
 from ....errors import MakeupError
 from ...adding import add_layer, skin_material
+from ...light_threshold import WHOLE, give_all_light
 from ..base import MakeupOperator
 from ..products import picker
 
@@ -25,6 +26,13 @@ class KM_OT_set_up(MakeupOperator, bpy.types.Operator):
     shading: BoolProperty(
         name="Material Preview",
         description="Show the viewport in Material Preview if it shows no materials",
+        default=True,
+    )
+
+    all_light: BoolProperty(
+        name="All of the Lamps' Light",
+        description="Lower EEVEE's Light Threshold to 0.0001 where it is so high (0.01 unless changed) that EEVEE fades weak lamps on "
+        "the skin, by a fifth and more. The scene's setting stays lowered when the makeup is removed",
         default=True,
     )
 
@@ -59,6 +67,8 @@ class KM_OT_set_up(MakeupOperator, bpy.types.Operator):
         message = f"Makeup lies on {names}, painted on {obj.km_makeup.uv_map!r}"
         if made:
             message += f"; the head had no material, so it was given {made!r}"
+        if self.all_light and give_all_light(context.scene):
+            message += f"; EEVEE faded weak lamps: its Light Threshold is {WHOLE:g} now"
         if self.paint and not obj.km_makeup.layers:
             add_layer(context, obj, first)
         elif obj.km_makeup.layers:

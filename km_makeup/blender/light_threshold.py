@@ -1,0 +1,34 @@
+"""EEVEE's Light Threshold: it fades lamps out long before they stop giving light.
+
+EEVEE gives each lamp a reach, the distance where its power over the squared distance falls to the threshold, and fades it out
+towards there by ``(1 - (distance / reach)^4)^2``. At Blender's default of 0.01 a fill lamp of 3.4 W loses a fifth of its light on
+a head one metre away (`python -m tests.highlights.weak_lamps`). 0 does not turn this off: it darkens lamps, or loses them.
+"""
+
+from __future__ import annotations
+
+import bpy
+
+LOWEST_NEEDED = 2e-3
+"""Thresholds above this one fade lamps that light a face from a metre by more than a hundredth or so."""
+
+WHOLE = 1e-4
+"""A threshold at which lamps give all of their light."""
+
+
+def fades(scene: bpy.types.Scene) -> bool:
+    """Whether EEVEE fades lamps of this scene, or turns them off."""
+    return any(obj.type == "LIGHT" and obj.data.type != "SUN" for obj in scene.objects) and not (
+        0 < scene.eevee.light_threshold <= LOWEST_NEEDED
+    )
+
+
+def give_all_light(scene: bpy.types.Scene) -> bool:
+    """Let EEVEE's lamps give all of their light; whether anything had to be changed."""
+    faded = fades(scene)
+    if faded:
+        scene.eevee.light_threshold = WHOLE
+    return faded
+
+
+__all__ = ["LOWEST_NEEDED", "WHOLE", "fades", "give_all_light"]
