@@ -29,12 +29,14 @@ def seen(stage: Stage, case: Case) -> Seen:
     import bpy
 
     from km_makeup.blender import facts, views
+    from km_makeup.blender.light_threshold import give_all_light
     from km_makeup.blender.measured import expected
     from km_makeup.blender.measuring.stage import Stage as Measuring
     from km_makeup.blender.measuring.stage import State
 
     scene, obj = bpy.context.scene, stage.obj
     stage.set(case)
+    give_all_light(scene)  # as Set Up does
     stage.dress(case)
     stage.build(case, 0.5)
     said = {one.rung.ladder: one.mean for one in expected(obj, scene)}
