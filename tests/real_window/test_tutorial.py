@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tests.real_window import window
+from tests.real_window import left, window
 
 HERE = Path(__file__).parent
-DRIVER = ("tutorial.py", "window.py")
+DRIVER = ("tutorial.py", "dialogs.py", "dropping.py", "window.py")
 WAYS_IN = ("bpy", "--python", "--python-expr", "--background", "event_simulate", "--enable-event-simulate")
 
 
@@ -70,3 +70,10 @@ def test_a_text_is_found_where_it_stands_and_another_is_not(turned):
     place = screen.find("Set Up Makeup", window.Box(0, 0, 400, 300), turned)
     assert place is not None and abs(place.left - 150) <= 2 and abs(place.top - 120) <= 2
     assert screen.find("Exclusion Mask", window.Box(0, 0, 400, 300), turned) is None
+
+
+def test_a_file_that_lost_a_layer_or_a_stroke_is_a_fault():
+    assert left.problems(left.WANTED) == []
+    unpainted = [left.WANTED["layers"][0], ["blush-rose", 18.0, False]]
+    for spoilt in ({"layers": unpainted}, {"layers": left.WANTED["layers"][:1]}, {"exclusion": False}):
+        assert left.problems(left.WANTED | spoilt)

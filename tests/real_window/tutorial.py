@@ -4,7 +4,7 @@
     python -m tests.real_window.tutorial --readme      (also writes sample_blend/tutorial.jpg, README's picture)
 
 Exit status: 0 done, 1 a step did not come out (the picture of it is named), 2 bad arguments, 77 no program Blender.
-What the tutorial left in the .blend is checked by tests/real_window/test_tutorial.py.
+What the tutorial left in the .blend is read afterwards, without a window (tests/real_window/left.py).
 """
 
 from __future__ import annotations
@@ -19,13 +19,18 @@ from pathlib import Path
 
 from PIL import Image
 
-from tests.real_window import installed
+from tests.real_window import installed, left
 from tests.real_window.window import Box, MissingError, Window
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 SAMPLE = CHECKOUT / "sample_blend" / "head.blend"
 VIEW, SIDEBAR = Box(0, 70, 1020, 660), Box(1020, 70, 270, 670)
 OUTLINER = Box(1330, 60, 180, 110)
+PROPERTIES = Box(1350, 200, 250, 560)
+RENDER_TAB, OBJECT_TAB = (1332, 270), (1332, 424)
+"""The icons of two tabs of the properties editor."""
+
+SAMPLES = "4"
 TABS = Box(1290, 70, 30, 670)
 LIST = Box(1030, 195, 215, 120)
 """The list of layers, while the tab is at its top."""
@@ -39,9 +44,6 @@ MIDDLE = 657
 ASIDE = (250, 600)
 """Where the mouse rests while a picture is taken, so that no tooltip lies over it."""
 
-POPUPS = {"open_the_picker"}
-"""Steps whose popup would close if the mouse left it."""
-
 ROW = {"add": (190, -4), "up": (190, 69), "star": 132, "eye": 153}
 """From the left end of a layer's name, and the middle of the topmost row, to buttons of the list, in pixels."""
 
@@ -49,22 +51,27 @@ ROW = {"add": (190, -4), "up": (190, 69), "star": 132, "eye": 153}
 class Tutorial:
     """The steps in their order; each ends with a picture."""
 
-    def __init__(self, window: Window, out: Path) -> None:
-        self.window, self.out = window, out
+    popups = frozenset({"open_the_picker"})
+    """Steps whose popup would close if the mouse left it."""
+
+    def __init__(self, window: Window, out: Path, folder: Path) -> None:
+        self.window, self.out, self.folder = window, out, folder
         self.taken: list[Path] = []
 
-    def run(self, last: str = "") -> None:
-        """Every step, or those up to ``last``."""
-        steps: list[Callable[[], None]] = [
-            self.open_the_tab, self.select_the_head, self.set_up, self.blush, self.soften, self.thickness,
+    def steps(self) -> list[Callable[[], None]]:
+        return [
+            self.open_the_tab, self.fewer_samples, self.select_the_head, self.set_up, self.blush, self.soften, self.thickness,
             self.add_lipstick, self.paint_lips, self.erase, self.undo, self.before, self.after, self.show_alone,
             self.hide_a_layer, self.reorder, self.open_the_picker, self.choose_another_shade, self.mask_the_brows, self.save,
             self.bake, self.show_live, self.save_the_look, self.load_the_look, self.remove,
         ]  # fmt: skip
-        for step in steps:
+
+    def run(self, last: str = "") -> None:
+        """Every step, or those up to ``last``."""
+        for step in self.steps():
             start = time.monotonic()
             step()
-            if step.__name__ not in POPUPS:
+            if step.__name__ not in self.popups:
                 self.window.move(*ASIDE)
             self.ready()
             path = self.out / f"{len(self.taken) + 1:02}-{step.__name__.replace('_', '-')}.png"
@@ -99,6 +106,13 @@ class Tutorial:
         self.window.click("Makeup", TABS, turned=True, seconds=PATIENCE)
         self.window.wait("Makeup", SIDEBAR, PATIENCE)
 
+    def fewer_samples(self) -> None:
+        """The viewport's samples (Properties › Render), as on any machine that draws with its processor; then the object again."""
+        for icon, label, value in ((RENDER_TAB, "Samples", SAMPLES), (OBJECT_TAB, "", "")):
+            self.window.click(icon)
+            if label:
+                self.number(self.window.wait(label, PROPERTIES, PATIENCE), value)
+
     def select_the_head(self) -> None:
         for _ in range(12):  # its row in the outliner, turning the wheel
             rows = self.window.look().places("Head", OUTLINER, 0.85)
@@ -131,7 +145,7 @@ class Tutorial:
         self.press("Paint", "Erase")
 
     def thickness(self) -> None:
-        self.number("Thickness µm", "18")
+        self.number(self.reach("Thickness µm"), "18")
 
     def add_lipstick(self) -> None:
         self.window.click(self.in_row("Blush, rose", *ROW["add"]))  # type: ignore[misc]
@@ -143,7 +157,7 @@ class Tutorial:
         self.window.wait("Lipstick,", LIST, PATIENCE)
 
     def paint_lips(self) -> None:
-        self.number("Size", "16")
+        self.number(self.reach("Size"), "16")
         for y, half in ((372, 26), (379, 44), (387, 56), (395, 48), (403, 38), (409, 26)):
             self.window.drag([(MIDDLE - half + 2 * half * i // 8, y) for i in range(9)])
 
@@ -229,6 +243,17 @@ class Tutorial:
 
     # -- widgets
 
+    def gone(self, text: str, within: Box = LIST, seconds: float = PATIENCE) -> None:
+        """Wait until a text is no longer there."""
+        self.until(lambda: self.window.look().find(text, within) is None, f"{text!r} is still there", seconds)
+
+    def until(self, holds: Callable[[], bool], problem: str, seconds: float = PATIENCE) -> None:
+        end = time.monotonic() + seconds
+        while not holds():
+            if time.monotonic() > end:
+                raise MissingError(problem)
+            time.sleep(1)
+
     def in_row(self, name: str, right: int, down: int) -> tuple[int, int]:
         """A point in or beside the row of the layer whose name begins so."""
         row = self.window.wait(name, LIST, PATIENCE)
@@ -270,9 +295,8 @@ class Tutorial:
         self.window.move(*SIDEBAR.centre)
         self.window.wheel(6)
 
-    def number(self, label: str, value: str) -> None:
+    def number(self, place: Box, value: str) -> None:
         """Type a value into the number field right of a label: hover, Enter, the number, Enter."""
-        place = self.reach(label)
         self.window.move(place.left + place.width + 70, place.centre[1])
         self.window.idle()
         self.window.key("Return", "ctrl+a")
@@ -298,13 +322,13 @@ def sheet(out: Path, file: Path) -> None:
     whole.save(file, quality=88, optimize=True)
 
 
-def run(out: Path, folder: Path, last: str = "") -> tuple[list[Path], Path]:
-    """Work the tutorial, as far as ``last``; the pictures, and the .blend that it saved."""
+def worked(steps: type[Tutorial], out: Path, folder: Path, last: str = "") -> tuple[list[Path], Path]:
+    """Work the steps in a window on a copy of the sample, as far as ``last``; the pictures, and that copy."""
     blender = installed.program()
     out.mkdir(parents=True, exist_ok=True)
     blend = Path(shutil.copy(SAMPLE, folder / "tutorial.blend"))
     window = Window(blender, installed.install(blender, folder), [str(blend)])
-    tutorial = Tutorial(window, out)
+    tutorial = steps(window, out, folder)
     try:
         tutorial.run(last)
     except MissingError:
@@ -330,13 +354,19 @@ def main() -> int:
     arguments = parser.parse_args()
     try:
         with tempfile.TemporaryDirectory(prefix="km_makeup-tutorial-") as folder:
-            taken, blend = run(arguments.out, Path(folder), arguments.last)
+            taken, blend = worked(Tutorial, arguments.out, Path(folder), arguments.last)
             shutil.copy(blend, arguments.out / "tutorial.blend")
+            wrong = (
+                [] if arguments.last else left.problems(left.found(installed.program(), Path(folder) / "user", blend))
+            )
     except installed.NoBlenderError as error:
         print(error, file=sys.stderr)
         return 77
     except MissingError as error:
         print(f"The tutorial stopped: {error}; see {arguments.out / 'missing.png'}", file=sys.stderr)
+        return 1
+    if wrong:
+        print(f"The file holds something else than the tutorial made: {'; '.join(wrong)}", file=sys.stderr)
         return 1
     if arguments.readme:
         sheet(arguments.out, CHECKOUT / "sample_blend" / "tutorial.jpg")

@@ -118,7 +118,10 @@ def report(log: list[dict], compared: list[dict], length: int, seconds: float) -
     faults = [one for one in log if one["fault"]]
     apart = [one for one in compared if one["wrong"]]
     kinds: dict[str, int] = {}
+    spent: dict[str, float] = {}
     for one in log:
+        for name, lasted in one.get("seconds", {}).items():
+            spent[name] = spent.get(name, 0) + lasted
         for action in one["actions"]:
             kinds[action.split(" ")[0]] = kinds.get(action.split(" ")[0], 0) + 1
     text = (
@@ -126,9 +129,12 @@ def report(log: list[dict], compared: list[dict], length: int, seconds: float) -
         f"{len(compared)} ends compared with a fresh file: {len(apart)} differ, rendered pixels by "
         f"{max((one['pixels'] for one in compared), default=0):.2g} at most.\n\n"
         f"After each action list, nodes and every texel of every map are compared with what they have to be.\n\n"
-        "| action | times |\n| --- | --- |\n"
+        "| action | times | seconds each |\n| --- | ---: | ---: |\n"
     )
-    text += "".join(f"| {name} | {number} |\n" for name, number in sorted(kinds.items()))
+    kinds |= {"begin": len(log), "end": len(log)}
+    text += "".join(
+        f"| {name} | {number} | {spent.get(name, 0) / max(number, 1):.2f} |\n" for name, number in sorted(kinds.items())
+    )
     for one in faults:
         text += (
             f"\nSeed {one['seed']}, action {len(one['actions'])}: {one['fault']}\n\n    {', '.join(one['actions'])}\n"

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import random
 import sys
+import time
 import traceback
 from collections.abc import Callable, Generator
 from pathlib import Path
@@ -131,6 +132,7 @@ class Sequence:
     def __init__(self, seed: int) -> None:
         self.seed, self.rng = seed, random.Random(seed)
         self.done: list[str] = []
+        self.seconds: dict[str, float] = {}
         self.states: list[dict] = []
         self.place = 0
         self.saved: dict | None = None
@@ -153,14 +155,20 @@ class Sequence:
             raise WrongStateError(f"after {what}: {different}{is_like}")
 
     def run(self) -> Steps:
-        yield from self.begin()
+        yield from self.timed("begin", self.begin())
         for _ in range(LENGTH):
             action = self.choose()
             self.done.append(action)
-            yield from getattr(self, f"do_{action}")()
+            yield from self.timed(action, getattr(self, f"do_{action}")())
             if action in {"undo", "redo", "save", "reload"}:
                 self.check(action)
-        yield from self.end()
+        yield from self.timed("end", self.end())
+
+    def timed(self, name: str, steps: Steps) -> Steps:
+        """The steps, their seconds added up under a name."""
+        since = time.monotonic()
+        yield from steps
+        self.seconds[name] = self.seconds.get(name, 0) + time.monotonic() - since
 
     def begin(self) -> Steps:
         from bl_ext.user_default.km_makeup.km_makeup.blender import adding
@@ -311,7 +319,7 @@ def everything() -> Steps:
             if not isinstance(error, WrongStateError):
                 fault += "\n" + traceback.format_exc()[-900:]
         with open(FOLDER / "log.jsonl", "a", encoding="utf-8") as log:
-            log.write(json.dumps({"seed": seed, "fault": fault, "actions": one.done}) + "\n")
+            log.write(json.dumps({"seed": seed, "fault": fault, "actions": one.done, "seconds": one.seconds}) + "\n")
     bpy.ops.wm.quit_blender()
 
 
