@@ -1,7 +1,7 @@
 """EEVEE's Light Threshold: it fades lamps out long before they stop giving light.
 
 EEVEE gives each lamp a reach, the distance where its power over the squared distance falls to the threshold, and fades it out
-towards there by ``(1 - (distance / reach)^4)^2``. At Blender's default of 0.01 a fill lamp of 3.4 W loses a fifth of its light on
+towards there by ``(1 - (distance / reach)^4)^2``. At Blender's default of 0.01 a fill lamp of 3.4 W loses a quarter of its light on
 a head one metre away (`python -m tests.highlights.weak_lamps`). 0 does not turn this off: it darkens lamps, or loses them.
 """
 

@@ -263,7 +263,7 @@ def settings() -> None:
     scene.view_settings.view_transform = "Standard"
     scene.render.engine = "BLENDER_EEVEE"
     scene.eevee.taa_render_samples = 32
-    scene.eevee.light_threshold = 1e-4  # the default of 0.01 fades the fill by a fifth
+    scene.eevee.light_threshold = 1e-4  # the default of 0.01 fades the fill by a quarter
     scene.cycles.samples = 64
     scene.cycles.seed = 0
     scene.cycles.use_denoising = True
