@@ -59,7 +59,7 @@ def run(options: argparse.Namespace) -> int:
         effects = [
             {
                 "key": one.key, "name": one.name, "on": one.on, "reduced": one.reduced, "reason": one.reason,
-                "error": one.error, "cost": vars(one.cost),
+                "error": one.error, "cost": vars(one.cost), "said": one.said.value if one.said else None,
             }
             for one in plan.effects
         ]  # fmt: skip

@@ -12,10 +12,23 @@ from .facts import (
     TextureFacts,
     ViewFacts,
 )
-from .plan import Plan, changed, everything, line, lines, make_plan, state, summary
+from .plan import (
+    GROUPS,
+    Plan,
+    changed,
+    everything,
+    explanation,
+    line,
+    lines,
+    make_plan,
+    state,
+    summary,
+    title,
+)
 
 __all__ = [
     "DEFAULT_TOLERANCE",
+    "GROUPS",
     "Calibration",
     "Cost",
     "Effect",
@@ -30,9 +43,11 @@ __all__ = [
     "ViewFacts",
     "changed",
     "everything",
+    "explanation",
     "line",
     "lines",
     "make_plan",
     "state",
     "summary",
+    "title",
 ]

@@ -51,7 +51,7 @@ class Effect:
 
     ``error`` is what the part that is left out costs where it is off or reduced, and what leaving it out would cost where it is
     on: in the units of CIEDE2000, which it is never below (`metric`); None where it is not known. ``key`` names it for
-    overrides.
+    overrides; ``said`` is what the user says of it, None where there is nothing to say: it follows from others, or costs nothing.
     """
 
     key: str
@@ -61,6 +61,7 @@ class Effect:
     error: float | None = None
     cost: Cost = Cost()
     reduced: bool = False
+    said: Switch | None = None
 
     @property
     def left_out(self) -> float:

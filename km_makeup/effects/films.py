@@ -33,7 +33,7 @@ def film_effects(facts: SceneFacts, account: Account, calibration: Calibration) 
         if known is None:
             uncertain.append(index)
         else:
-            effects[index] = known
+            effects[index] = replace(known, said=said if layer.mapped else None)
     present = sorted([*uncertain, *(i for i, effect in effects.items() if effect.on)])
     states = states_of(facts, present) if uncertain else None
     errors = {index: _error_without(facts, states, present, index, account) for index in uncertain} if states else {}
@@ -98,7 +98,8 @@ def _weighed(index: int, facts: SceneFacts, error: float | None, account: Accoun
     layer, key = facts.layers[index], f"film:{index}"
     out = account.leaves_out(key, error)
     reason = _painted(layer) if not out else f"too thin to be seen: {1000 * layer.thickness_mm * layer.map_max:.3g} µm"
-    return Effect(key, f"Film {layer.name}", not out, reason, error, _cost(facts, calibration))
+    cost = _cost(facts, calibration)
+    return Effect(key, f"Film {layer.name}", not out, reason, error, cost, said=account.said(key))
 
 
 def overlap_effects(facts: SceneFacts, live: Sequence[int]) -> tuple[Effect, ...]:
@@ -145,18 +146,18 @@ def interreflection(
     error = float(states.distance(R + T2 * c / (1 - R_up * c), R + T2 * c / (1 - R_up * mean)).max())
     height, width = facts.textures.size
     cost = Cost(calibration.shading(facts, "baked") / 3, 8, 1, height * width * 8 / 1e6)
-    if diffused and account.said(key) is Switch.AUTO:
-        return Effect(
-            key, name, True, "the diffusion needs to know what the films send back into the skin", error, cost
-        )
+    said = account.said(key)
+    if diffused and said is Switch.AUTO:
+        reason = "the diffusion needs to know what the films send back into the skin"
+        return Effect(key, name, True, reason, error, cost, said=said)
     out = account.leaves_out(key, error)
     reason = because(
-        account.said(key),
+        said,
         f"changes nothing by more than {error:.2g}: one texture less"
         if out
         else f"would change colours by {error:.2g}",
     )
-    return Effect(key, name, not out, reason, error, cost)
+    return Effect(key, name, not out, reason, error, cost, said=said)
 
 
 def air(facts: SceneFacts, states: States | None, live: Sequence[int], account: Account) -> Effect:
@@ -183,17 +184,20 @@ def band_effect(
         return Effect(key, name, bool(live), "all 81" if live else "no film", None if live else 0.0), 0.0
     if not facts.baked:
         return Effect(key, name, True, "all 81: films are fitted once, in milliseconds", None), 0.0
-    if account.said(key) is Switch.ON:
-        return Effect(key, name, True, "forced on: all 81", None), 0.0
+    said = account.said(key)
+    if said is Switch.ON:
+        return Effect(key, name, True, "forced on: all 81", None, said=said), 0.0
     allowed = min(BAKE_SHARE * account.left, BAKE_MOST)
     for count in FEWER:
         error = at_fewer_bands(facts, states, live, count)
-        if error <= allowed:
-            spent = min(allowed, 2 * error + BAKE_LEAST)
+        if error <= allowed or said is Switch.OFF:
+            most = 2 * error + BAKE_LEAST
+            spent = most if said is Switch.OFF else min(allowed, most)
             reason = f"{count} of 81 do for these products under {facts.light} (error {error:.2g})"
-            account.used += spent
-            return Effect(key, name, True, f"{reason}; the bake may spend {spent:.2g}", spent, reduced=True), spent
-    return Effect(key, name, True, "all 81: fewer would be seen", None), 0.0
+            reason = because(said, f"{reason}; the bake may spend {spent:.2g}")
+            account.used += spent if said is Switch.AUTO else 0.0
+            return Effect(key, name, True, reason, spent, reduced=True, said=said), spent
+    return Effect(key, name, True, "all 81: fewer would be seen", None, said=said), 0.0
 
 
 def skin_effect(facts: SceneFacts, live: Sequence[int]) -> Effect:

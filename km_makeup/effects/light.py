@@ -8,7 +8,7 @@ tolerance holds for 99 of 100 pixels; the narrowest part of an edge, FEW of them
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..spectra import lab
 from .calibration import Calibration
 from .effect import Account, Cost, Effect, because
-from .facts import Engine, SceneFacts
+from .facts import Engine, SceneFacts, Switch
 from .metric import Metric
 from .states import States
 
@@ -154,7 +154,7 @@ def spreading(
     effects, left_out = _gaussians(facts, states, any_film, screen, account, calibration)
     spreads = left_out < count
     subsurface = _subsurface(facts, any_film, screen, spreads, effects, calibration)
-    diffusion = _diffusion(facts, any_film, screen, spreads, effects)
+    diffusion = _diffusion(facts, screen, spreads, effects, account.said("diffusion"))
     depth = _depth(facts, states, diffusion.on, account, calibration)
     cost = Cost(calibration.compositing(facts, "passes"), 0, 5, facts.view.megapixels * 5 * 16)
     reason = "the diffusion reads light, colour, depth, share and mask" if diffusion.on else "no diffusion to read them"
@@ -174,7 +174,7 @@ def _gaussians(
     account: Account,
     calibration: Calibration,
 ) -> tuple[tuple[Effect, ...], int]:
-    """Gaussians narrowest first: they are left out one after the other while that is not seen.
+    """Gaussians narrowest first: they are left out one after the other while that is not seen, or with a wider one that the user left out.
 
     Without the compositor they are all the renderer's own, which spreads light by all or by none.
     """
@@ -186,16 +186,20 @@ def _gaussians(
         out = account.leaves_out("subsurface", float(errors[-1]))
         sigma = math.sqrt(max(facts.skin.variances))
         reason = f"up to {sigma:.2g} mm, {sigma * scale_of(facts):.2g} pixels"
-        effect = Effect("subsurface", "Light spreads in the skin", not out, reason, float(errors[-1]))
+        said = account.said("subsurface")
+        effect = Effect("subsurface", "Light spreads in the skin", not out, reason, float(errors[-1]), said=said)
         return (effect,), count if out else 0
-    said, errors = account.said("diffusion"), SEEN * errors
+    errors = SEEN * errors
+    whole = account.said("diffusion")
+    each = [whole if whole is not Switch.AUTO else account.said(f"gaussian:{k + 1}") for k in range(count)]
     effects, left_out, sharp = [], 0, SHARP_PX2 / blurred_for(scale_of(facts)) ** 2
     for k, variance in enumerate(sorted(facts.skin.variances)):
         key, sigma = f"gaussian:{k + 1}", math.sqrt(variance)
         step = 0.0 if variance < sharp else max(0.0, float(errors[k + 1] - errors[: k + 1].max()))
         width = sigma * scale_of(facts)
         in_order = left_out == k
-        out = in_order and (said.value == "off" or (said.value != "on" and account.leaves_out(key, step)))
+        off = each[k] is not Switch.ON and Switch.OFF in each[k:]
+        out = in_order and (off or (each[k] is not Switch.ON and account.leaves_out(key, step)))
         left_out += int(out)
         cost = Cost(calibration.compositing(facts, "gaussian"), 14)
         if out:
@@ -208,7 +212,10 @@ def _gaussians(
             )
         else:
             reason = f"{sigma:.2g} mm, {width:.2g} pixels"
-        effects.append(Effect(key, f"Gaussian {k + 1}", not out, because(account.said(key), reason), step, cost))
+        if off:
+            reason = "forced off" if out else "a narrower one is forced on"
+        reason = reason if off else because(each[k], reason)
+        effects.append(Effect(key, f"Gaussian {k + 1}", not out, reason, step, cost, said=each[k]))
     return tuple(effects), left_out
 
 
@@ -232,10 +239,10 @@ def _subsurface(
         return Effect(key, name, any_film, "as the skin's own material has it" if any_film else "no film", None, cost)
     (one,) = effects
     reason = one.reason if one.on else f"{one.reason}: not seen"
-    return Effect(key, name, one.on, reason, one.error, cost)
+    return replace(one, reason=because(one.said or Switch.AUTO, reason), cost=cost)
 
 
-def _diffusion(facts: SceneFacts, any_film: bool, screen: bool, spreads: bool, effects: tuple[Effect, ...]) -> Effect:
+def _diffusion(facts: SceneFacts, screen: bool, spreads: bool, effects: tuple[Effect, ...], asked: Switch) -> Effect:
     key, name = "diffusion", "Screen-space diffusion"
     if not facts.screen_diffusion:
         return Effect(key, name, False, "not asked for", 0.0)
@@ -244,7 +251,8 @@ def _diffusion(facts: SceneFacts, any_film: bool, screen: bool, spreads: bool, e
     if not screen or (effects and not spreads):
         error = sum(effect.error or 0.0 for effect in effects)
         where = f"the head is {facts.view.head_px:.0f} pixels high"
-        return Effect(key, name, False, f"{where}: light spreads over less than is seen", error)
+        reason = because(asked, f"{where}: light spreads over less than is seen")
+        return Effect(key, name, False, reason, error, said=asked if effects else None)
     count, on = len(effects), sum(effect.on for effect in effects)
     if not effects:
         return Effect(key, name, True, "asked for: light is diffused in the compositor, in millimetres of skin", None)
@@ -254,9 +262,10 @@ def _diffusion(facts: SceneFacts, any_film: bool, screen: bool, spreads: bool, e
         key,
         name,
         True,
-        f"asked for: {on} of {count} Gaussians{left}",
+        because(asked, f"asked for: {on} of {count} Gaussians{left}"),
         error if on < count else None,
         reduced=on < count,
+        said=asked,
     )
 
 
@@ -274,7 +283,8 @@ def _depth(
     )
     out = account.leaves_out(key, error)
     reason = "light across steps would not be seen" if out else "no light from nose to cheek, chin to neck"
-    return Effect(key, name, not out, because(account.said(key), reason), error, cost)
+    said = account.said(key)
+    return Effect(key, name, not out, because(said, reason), error, cost, said=said)
 
 
 def _closure(facts: SceneFacts, any_film: bool, spreads: bool, calibration: Calibration) -> Effect:

@@ -130,6 +130,15 @@ class Plan:
         return not 0 < self.light.count <= self.light.left_out
 
 
+GROUPS = {
+    "Films": ("film",),
+    "Films on one another": ("overlap", "interreflection", "air"),
+    "Light in the skin": ("subsurface", "closure", "diffusion", "gaussian", "depth", "passes", "compositor"),
+    "Highlights": ("finish", "lobe", "second_lobe", "lamps", "lamp", "normals"),
+    "Colours and textures": ("bands", "skin", "dither", "texture", "path", "animation"),
+}
+"""Families of effects by what they are about, in the order they are shown."""
+
 _KEPT = frozenset({"air", "bands", "diffusion", "lamps"})
 """Effects that cost nothing, or whose error depends on what is left for them."""
 
@@ -295,12 +304,21 @@ def state(effect: Effect) -> str:
     return ("reduced" if effect.reduced else "on") if effect.on else "off"
 
 
-def line(effect: Effect) -> str:
-    """An effect as the panel and the table say it: name, state, reason, error."""
+def title(effect: Effect) -> str:
+    """An effect's name as it is shown."""
+    return effect.name.removeprefix("Film ") if effect.key.startswith("film:") else effect.name
+
+
+def explanation(effect: Effect) -> str:
+    """Why an effect is there or not, and what is lost by that."""
     known = effect.error is not None and effect.error > 0 and (not effect.on or effect.reduced)
     error = f" (error {effect.error:.2g})" if known and "error" not in effect.reason else ""
-    head = effect.name.removeprefix("Film ") if effect.key.startswith("film:") else effect.name
-    return f"{head}: {state(effect)} — {effect.reason}{error}"
+    return f"{effect.reason}{error}"
+
+
+def line(effect: Effect) -> str:
+    """An effect as the table says it: name, state, reason, error."""
+    return f"{title(effect)}: {state(effect)} — {explanation(effect)}"
 
 
 def lines(plan: Plan) -> Sequence[str]:

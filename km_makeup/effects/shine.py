@@ -285,7 +285,8 @@ def _lobes(
             reason = "no light to be reflected" if not lit else "as what lies below shines"
         cost = Cost(calibration.shading(facts, engine), 9)
         name = f"Highlight of {facts.layers[index].name}"
-        effects[index] = Effect(key, name, not out, because(account.said(key), reason), error, cost)
+        said = account.said(key) if facts.finish is Switch.AUTO and asked is Switch.AUTO else None
+        effects[index] = Effect(key, name, not out, because(said or Switch.AUTO, reason), error, cost, said=said)
     return tuple(effects[i] for i in live), frozenset(plain)
 
 
@@ -317,12 +318,16 @@ def _finish(
     key, name, cost = "finish", "Film highlight", Cost(calibration.shading(facts, "finish"), 25)
     if not live:
         return Effect(key, name, False, "no film", 0.0, cost)
-    if Switch.OFF in (facts.finish, account.said(key)):
+    if facts.finish is Switch.OFF:
         return Effect(key, name, False, "forced off", None, cost)
+    said = account.said(key)
+    if said is Switch.OFF:
+        return Effect(key, name, False, "forced off", None, cost, said=said)
     if set(live) <= plain:
         reason = "films shine as the skin does" if lit else "no light to be reflected"
-        return Effect(key, name, False, reason, 0.0, cost)
-    return Effect(key, name, True, "films have their own roughness and reflectance", None, cost)
+        return Effect(key, name, False, reason, 0.0, cost, said=said)
+    reason = because(said, "films have their own roughness and reflectance")
+    return Effect(key, name, True, reason, None, cost, said=said)
 
 
 def _second(
@@ -350,7 +355,8 @@ def _second(
         error = account.once(("second", states.sets, plain), lambda: _merged(facts, states, plain, top))
     out = account.leaves_out(key, error)
     reason = "one lobe of their mean looks the same" if out else "skin and films shine in different widths"
-    return Effect(key, name, not out, because(account.said(key), reason), error, cost)
+    said = account.said(key)
+    return Effect(key, name, not out, because(said, reason), error, cost, said=said)
 
 
 def _lamps(
@@ -404,13 +410,13 @@ def _each_lamp(
     for position, k in enumerate(order):
         lamp, error = facts.lamps[k], errors[k]
         last = position == len(order) - 1 and not any(effect.on for effect in effects.values())
-        out = not last and account.leaves_out(f"lamp:{lamp.name}", error)
+        key = f"lamp:{lamp.name}"
+        out = not last and account.leaves_out(key, error)
         reason = "its highlight is too faint to be seen" if out else "its highlight is seen"
         cost = Cost(calibration.shading(facts, "lamp"), 32)
-        effects[k] = Effect(
-            f"lamp:{lamp.name}", f"Highlight of {lamp.name}", not out,
-            because(account.said(f"lamp:{lamp.name}"), reason), error, cost,
-        )  # fmt: skip
+        said = account.said(key)
+        reason = "one lamp has to be there" if last and said is Switch.OFF else because(said, reason)
+        effects[k] = Effect(key, f"Highlight of {lamp.name}", not out, reason, error, cost, said=said)
     return tuple(effects[k] for k, lamp in enumerate(facts.lamps) if lamp.real)
 
 
@@ -437,4 +443,5 @@ def _normals(
         error = float(states.distance(states.colours, states.colours * (1 - min(varies, 0.9))).max())
     out = account.leaves_out(key, error)
     reason = "films are too thin to fill pores visibly" if out else "films fill pores and creases"
-    return Effect(key, name, not out, because(account.said(key), reason), error, cost)
+    said = account.said(key)
+    return Effect(key, name, not out, because(said, reason), error, cost, said=said)

@@ -9,7 +9,7 @@ import numpy as np
 
 from .calibration import Calibration
 from .effect import Account, Cost, Effect, because
-from .facts import Engine, SceneFacts, Switch
+from .facts import Engine, SceneFacts
 from .light import scale_of
 from .states import States
 
@@ -48,15 +48,16 @@ def resolution(
     fits = [step for step in STEPS if density / step >= TEXELS_A_PIXEL * scale and min(height, width) // step >= LEAST]
     losses = [account.once(("texture", step, states.sets), partial(_loss, facts, states, live, step)) for step in fits]
     reason = f"{width}x{height}: {density / scale:.2g} texels a pixel of the picture"
-    if not fits or account.said(key) is not Switch.AUTO:
-        return Effect(key, name, True, because(account.said(key), reason), None, cost), 1
+    if not fits:
+        return Effect(key, name, True, reason, None, cost), 1
+    said = account.said(key)
     for divisor, loss in zip(fits[::-1], losses[::-1]):
         if account.leaves_out(key, loss):
             small = f"{width // divisor}x{height // divisor} of {width}x{height}"
             reason = f"{small}: {density / divisor / scale:.2g} texels a pixel"
             less = Cost(0.0, 0, planes, cost.mb / divisor**2)
-            return Effect(key, name, True, reason, loss, less, reduced=True), divisor
-    return Effect(key, name, True, reason, losses[-1], cost), 1
+            return Effect(key, name, True, because(said, reason), loss, less, reduced=True, said=said), divisor
+    return Effect(key, name, True, because(said, reason), losses[-1], cost, said=said), 1
 
 
 def _loss(facts: SceneFacts, states: States, live: Sequence[int], step: int) -> float:
@@ -113,4 +114,5 @@ def dither(
         if out
         else "EEVEE stores the colours of closures with 10 bits, too coarse for black films"
     )
-    return Effect(key, name, not out, because(account.said(key), reason), error, cost)
+    said = account.said(key)
+    return Effect(key, name, not out, because(said, reason), error, cost, said=said)

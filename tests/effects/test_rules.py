@@ -10,6 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from km_makeup.effects import (
+    GROUPS,
     Calibration,
     Engine,
     LampFacts,
@@ -173,6 +174,45 @@ def test_overrides_rule_and_families_have_one_word():
     every = make_plan(facts, 100.0, overrides={"gaussian": Switch.ON})
     assert all(effect.on for effect in every.light.gaussians)
     assert not make_plan(facts, overrides={"diffusion": Switch.OFF}).screen_diffusion.on
+
+
+SWITCHED = (
+    scene(LIPS, BASE, film("blush-rose", 0.02), screen_diffusion=True, skin=replace(SPREADS, relief=1.0)),
+    scene(LIPS, BASE, screen_diffusion=True, view=SMALL),
+    scene(LIPS, film("eyeliner-black", 20, map_max=0.0), engines=CYCLES, meets={(0, 1): 0.0}),
+    scene(LIPS, BASE, baked=True, view=SMALL, skin=replace(SPREADS, finish=LIPS.finish)),
+    scene(LIPS, replace(BASE, mapped=False), baked=True, textures=TextureFacts((4096, 4096), 8.0, asked=512)),
+    scene(LIPS, BASE, lamp_highlights=True, screen_diffusion=False),
+    scene(LIPS, finish=Switch.OFF, baked=True, finished=True),
+    scene(BASE, skin=SkinFacts(), lamps=(), world=(0.0, 0.0, 0.0)),
+)
+
+
+@pytest.mark.parametrize("number", range(len(SWITCHED)))
+@pytest.mark.parametrize("tolerance", [0.1, 2.0])
+def test_every_switch_that_is_shown_is_heard_and_there_is_none_where_nothing_would_be(number, tolerance):
+    facts = SWITCHED[number]
+    plan = make_plan(facts, tolerance)
+    for effect in plan.effects:
+        with_it, without = (
+            make_plan(facts, tolerance, overrides={effect.key: word}) for word in (Switch.ON, Switch.OFF)
+        )
+        if effect.said is None:
+            assert with_it == plan == without, effect
+            continue
+        assert effect.said is Switch.AUTO
+        there, gone = with_it.effect(effect.key), without.effect(effect.key)
+        assert there.on and not there.reduced and there.said is Switch.ON and there.reason.startswith("forced on"), (
+            there
+        )
+        assert (not gone.on or gone.reduced) and gone.said is Switch.OFF and gone.reason.startswith("forced off"), gone
+
+
+def test_every_family_of_effects_has_a_group_to_be_shown_in():
+    shown = [family for families in GROUPS.values() for family in families]
+    assert len(shown) == len(set(shown))
+    for facts in SWITCHED:
+        assert {effect.key.split(":")[0] for effect in make_plan(facts).effects} <= set(shown)
 
 
 def test_a_budget_buys_a_tolerance_and_says_which():

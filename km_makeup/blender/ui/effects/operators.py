@@ -99,14 +99,17 @@ class KM_OT_effect(MakeupOperator, bpy.types.Operator):
     switch: EnumProperty(name="Switch", description="Whether the plan decides on this effect", items=OVERRIDES)
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> str:
-        from ....effects import line
+        from ....effects import line, title
         from ...makeup import plan_of, refresh
 
         makeup = obj.km_makeup
-        if self.key not in [effect.key for effect in plan_of(obj, context.scene).effects]:
+        effects = {effect.key: effect for effect in plan_of(obj, context.scene).effects}
+        if self.key not in effects:
             raise MakeupError(
                 f"There is no effect {self.key!r} here; `plan --json` lists the keys of those that there are."
             )
+        if effects[self.key].said is None and not makeup.everything and self.switch != "AUTO":
+            raise MakeupError(f"{title(effects[self.key])} has no switch here: {effects[self.key].reason}.")
         kind, _, number = self.key.partition(":")
         if kind == "film":
             makeup.layers[int(number)].switch = self.switch

@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import bpy
 
-from ..base import MakeupPanel, in_two_places, paragraph, settings
+from ..base import CHARACTERS, MakeupPanel, in_two_places, paragraph, settings
 from .operators import KM_OT_diffuse, KM_OT_effect, KM_OT_plan, KM_OT_undiffuse
+
+if TYPE_CHECKING:
+    from ....effects import Effect
+
+NARROW, BESIDE_SWITCH = CHARACTERS - 4, 20
+"""Letters of a line beside an icon, and of one beside a switch too."""
 
 ICONS = {"on": "CHECKBOX_HLT", "off": "CHECKBOX_DEHLT", "reduced": "REMOVE"}
 
@@ -40,24 +49,44 @@ class KM_PT_plan(MakeupPanel):
     needs_setup = True
 
     def draw(self, context: bpy.types.Context) -> None:
-        from ....effects import line, state, summary
+        from ....effects import GROUPS, summary
         from ...makeup import planned
 
         layout = self.layout
         plan = planned(context.object)
         if plan is None:
             paragraph(layout, "Nothing was planned in this session yet.", "INFO")
-            layout.operator(KM_OT_plan.bl_idname, icon="FILE_REFRESH")
-            return
-        said = {one.name: one.switch for one in context.object.km_makeup.overrides}
-        for effect in plan.effects:
-            row = layout.row()
-            text = row.column()
-            paragraph(text, line(effect), ICONS[state(effect)])
-            label = said.get(effect.key, "AUTO").title()
-            row.operator_menu_enum(KM_OT_effect.bl_idname, "switch", text=label).key = effect.key
-        paragraph(layout, summary(plan) + f"; effects take {plan.cost}.", "INFO")
+        else:
+            paragraph(layout, f"{summary(plan)}. What is on costs {plan.cost}.", "INFO", NARROW)
+            for name, families in GROUPS.items():
+                effects = [effect for effect in plan.effects if effect.key.split(":")[0] in families]
+                if effects:
+                    _group(layout, name, effects)
         layout.operator(KM_OT_plan.bl_idname, icon="FILE_REFRESH")
+
+
+def _group(layout: bpy.types.UILayout, name: str, effects: Sequence[Effect]) -> None:
+    """A heading that folds, with how many of its effects are there; below it each effect."""
+    header, body = layout.panel(f"km_makeup_{name}", default_closed=True)
+    header.label(text=f"{name}: {sum(effect.on for effect in effects)} of {len(effects)}")
+    for effect in effects if body else ():
+        _effect(body, effect)
+
+
+def _effect(layout: bpy.types.UILayout, effect: Effect) -> None:
+    """An effect's name with its switch, and why it is there or not, dimmed."""
+    from ....effects import explanation, state, title
+
+    column = layout.column(align=True)
+    if effect.said is None:
+        paragraph(column, title(effect), ICONS[state(effect)], NARROW)
+    else:
+        row = column.split(factor=0.7)
+        paragraph(row.column(), title(effect), ICONS[state(effect)], BESIDE_SWITCH)
+        row.operator_menu_enum(KM_OT_effect.bl_idname, "switch", text=effect.said.value.title()).key = effect.key
+    why = column.column(align=True)
+    why.active = False
+    paragraph(why, explanation(effect), "BLANK1", NARROW)
 
 
 CLASSES = in_two_places(KM_PT_effects, KM_PT_plan)

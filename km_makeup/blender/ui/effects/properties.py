@@ -47,7 +47,7 @@ class EffectsProperties:
         update=setting_changed,
     )
     tolerance: FloatProperty(
-        name="Tolerance",
+        name="Tolerance ΔE",
         description="Colour difference (CIEDE2000) that all effects left out may make together; 0.5 is not visible",
         min=0, soft_max=5, max=100, default=0.5, precision=2, update=setting_changed,
     )  # fmt: skip
