@@ -36,7 +36,7 @@ class Cost:
         return self.ms + 0.05 * self.nodes + 2.0 * self.textures + 0.1 * self.mb + 0.01
 
     def __str__(self) -> str:
-        parts = [f"{self.ms:.3g} ms"] if self.ms else []
+        parts = [f"{self.ms:.3g} ms" if self.ms < 1000 else f"{self.ms / 1000:.3g} s"] if self.ms else []
         for count, word in ((self.nodes, "node"), (self.textures, "texture")):
             if count:
                 parts.append(f"{count} {word}{'' if count == 1 else 's'}")

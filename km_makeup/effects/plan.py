@@ -70,9 +70,13 @@ class Plan:
 
     @property
     def left_out(self) -> float:
-        """What all that is left out changes at most: never below the CIEDE2000 of the pictures, at most the tolerance."""
-        parts = {effect.key: effect.left_out for effect in self.effects if effect.key not in _SUMS}
-        return sum(parts.values())
+        """What all that the plan leaves out changes at most: never below the CIEDE2000 of the pictures, at most the tolerance."""
+        return sum(one.left_out for one in self.effects if one.key not in _SUMS and one.said is not Switch.OFF)
+
+    @property
+    def forced_out(self) -> float:
+        """What that which the user turned off changes at most, as far as it is known."""
+        return sum(one.left_out for one in self.effects if one.key not in _SUMS and one.said is Switch.OFF)
 
     @property
     def cost(self) -> Cost:
@@ -329,4 +333,5 @@ def lines(plan: Plan) -> Sequence[str]:
 def summary(plan: Plan) -> str:
     """What is left out, and what it costs together."""
     out = sum(not effect.on for effect in plan.effects)
-    return f"{out} of {len(plan.effects)} effects left out; together at most ΔE {plan.left_out:.2g} of {plan.tolerance:g} allowed"
+    forced = f", besides {plan.forced_out:.2g} of what is forced off" if plan.forced_out else ""
+    return f"{out} of {len(plan.effects)} effects left out; together at most ΔE {plan.left_out:.2g} of {plan.tolerance:g} allowed{forced}"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import bpy
 import numpy as np
 import pytest
@@ -137,3 +139,73 @@ def test_a_plan_in_a_window_does_not_flip_while_thickness_goes_to_and_fro_over_t
     monkeypatch.setattr(makeup, "_plan_so_far", makeup.planned)
     assert [films(one) for one in around] == [1] * 8
     assert [films(high * factor) for factor in (0.5, 0.97, 1.03)] == [0, 0, 1]
+
+
+def test_a_switch_is_kept_shown_and_taken_back():
+    """The label of a switch is what the user says, of a film too, whose switch the layer keeps."""
+    head, _ = two_heads()
+    bpy.context.view_layer.objects.active = head
+
+    def say(key: str, switch: str) -> dict[str, str]:
+        assert bpy.ops.km_makeup.effect(key=key, switch=switch) == {"FINISHED"}
+        return switches(head)
+
+    assert say("lobe:0", "OFF")["lobe:0"] == "Off" and head.km_makeup.overrides["lobe:0"].switch == "OFF"
+    assert say("film:0", "ON")["film:0"] == "On" and head.km_makeup.layers[0].switch == "ON"
+    assert (
+        say("lobe:0", "AUTO") == {**switches(head), "lobe:0": "Auto", "film:0": "On"} and not head.km_makeup.overrides
+    )
+    with pytest.raises(RuntimeError, match="Compositor has no switch here: nothing for it to do"):
+        bpy.ops.km_makeup.effect(key="compositor", switch="ON")
+    with pytest.raises(RuntimeError, match="no effect 'nothing'"):
+        bpy.ops.km_makeup.effect(key="nothing", switch="ON")
+
+
+def test_the_panel_shows_every_effect_with_its_reason_in_lines_that_fit():
+    from km_makeup.blender import makeup
+    from km_makeup.blender.ui.base import CHARACTERS
+    from km_makeup.effects import explanation
+
+    head, _ = two_heads()
+    shown = Shown(head)
+    text = " ".join(shown.texts).replace("\u00a0", " ")
+    for effect in makeup.planned(head).effects:
+        assert explanation(effect) in text and effect.name.removeprefix("Film ").removeprefix("Highlight of ") in text
+    assert max(map(len, shown.texts)) <= CHARACTERS
+
+
+class Shown:
+    """Stands for the layout that the panel Plan is drawn into: keeps texts, and the label of each switch by its effect."""
+
+    def __init__(self, head) -> None:
+        from km_makeup.blender.ui.effects.panel import KM_PT_plan
+
+        self.texts, self.menus = [], []
+        KM_PT_plan.draw(SimpleNamespace(layout=self), SimpleNamespace(object=head))
+
+    def label(self, text: str, icon: str = "NONE") -> None:
+        self.texts.append(text)
+
+    def column(self, align: bool = False):
+        return self
+
+    def row(self):
+        return self
+
+    def split(self, factor: float):
+        return self
+
+    def panel(self, idname: str, default_closed: bool):
+        return self, self
+
+    def operator(self, idname: str, icon: str) -> None:
+        pass
+
+    def operator_menu_enum(self, idname: str, prop: str, text: str):
+        self.menus.append((SimpleNamespace(), text))
+        return self.menus[-1][0]
+
+
+def switches(head) -> dict[str, str]:
+    """The labels of the switches on the panel, by the keys of their effects."""
+    return {menu.key: text for menu, text in Shown(head).menus}

@@ -22,6 +22,7 @@ from km_makeup.effects import (
     everything,
     lines,
     make_plan,
+    summary,
 )
 from km_makeup.errors import MakeupError
 from km_makeup.makeup.finish import Finish
@@ -171,6 +172,8 @@ def test_overrides_rule_and_families_have_one_word():
     off = make_plan(facts, overrides={"lobe:1": Switch.OFF, "dither": Switch.ON, "depth": Switch.OFF})
     assert not off.effect("lobe:1").on and off.dither.on and not off.light.depth.on
     assert off.light.depth.reason == "forced off"
+    assert off.forced_out == pytest.approx(off.light.depth.error + off.effect("lobe:1").error) and off.left_out <= 0.5
+    assert "besides" in summary(off) and "besides" not in summary(make_plan(facts))
     every = make_plan(facts, 100.0, overrides={"gaussian": Switch.ON})
     assert all(effect.on for effect in every.light.gaussians)
     assert not make_plan(facts, overrides={"diffusion": Switch.OFF}).screen_diffusion.on

@@ -13,10 +13,10 @@ from .operators import KM_OT_diffuse, KM_OT_effect, KM_OT_plan, KM_OT_undiffuse
 if TYPE_CHECKING:
     from ....effects import Effect
 
-NARROW, BESIDE_SWITCH = CHARACTERS - 4, 20
+NARROW, BESIDE_SWITCH = CHARACTERS - 2, 22
 """Letters of a line beside an icon, and of one beside a switch too."""
 
-ICONS = {"on": "CHECKBOX_HLT", "off": "CHECKBOX_DEHLT", "reduced": "REMOVE"}
+ICONS = {"on": "CHECKMARK", "off": "BLANK1", "reduced": "REMOVE"}
 
 
 class KM_PT_effects(MakeupPanel):
@@ -74,19 +74,20 @@ def _group(layout: bpy.types.UILayout, name: str, effects: Sequence[Effect]) -> 
 
 
 def _effect(layout: bpy.types.UILayout, effect: Effect) -> None:
-    """An effect's name with its switch, and why it is there or not, dimmed."""
+    """An effect's name, dimmed where it is not there, with its switch, and the reason."""
     from ....effects import explanation, state, title
 
     column = layout.column(align=True)
-    if effect.said is None:
-        paragraph(column, title(effect), ICONS[state(effect)], NARROW)
-    else:
-        row = column.split(factor=0.7)
-        paragraph(row.column(), title(effect), ICONS[state(effect)], BESIDE_SWITCH)
+    row = column.split(factor=0.7) if effect.said is not None else column.row()
+    name = row.column()
+    name.active = effect.on
+    width = NARROW if effect.said is None else BESIDE_SWITCH
+    paragraph(name, title(effect).removeprefix("Highlight of "), ICONS[state(effect)], width)
+    if effect.said is not None:
         row.operator_menu_enum(KM_OT_effect.bl_idname, "switch", text=effect.said.value.title()).key = effect.key
     why = column.column(align=True)
     why.active = False
-    paragraph(why, explanation(effect), "BLANK1", NARROW)
+    paragraph(why, explanation(effect).replace("(error ", "(error\u00a0"), "BLANK1", NARROW)
 
 
 CLASSES = in_two_places(KM_PT_effects, KM_PT_plan)
