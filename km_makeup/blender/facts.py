@@ -20,7 +20,7 @@ from ..makeup.finish import Finish as Gloss
 from ..makeup.statistics import MapStatistics, joint
 from ..optics.diffusion import fit_gaussians
 from ..products import Finish, Product
-from . import images, keyed, seen, views
+from . import compositor, images, keyed, seen, views
 from .compositor.profiles import distances_of
 from .lamps import irradiance_at, lamps_of, solid_angle
 from .library import library
@@ -77,6 +77,7 @@ def facts_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> SceneFacts:
         engines_of(obj, scene),
         _finish(makeup),
         makeup.scattering == "SCREEN",
+        compositor.stops_at_steps(scene),
         makeup.highlight == "LAMPS",
         renders=engine_of(scene),
         baked=makeup.path == "BAKED",
@@ -263,8 +264,6 @@ def _profile(
     """Gaussians of the skin's own subsurface scattering, narrowest first."""
     found = distances_of(obj, scene)
     if obj.km_makeup.scattering == "SCREEN":
-        from . import compositor
-
         profile = compositor.planned_profile(scene, obj)
         order = np.argsort(profile.variances)
         return tuple(profile.variances[order].tolist()), tuple(tuple(w) for w in profile.weights[order].tolist())

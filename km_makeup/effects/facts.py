@@ -125,6 +125,8 @@ class SceneFacts:
     engines: frozenset[Engine]
     finish: Switch = Switch.AUTO
     screen_diffusion: bool = False
+    stops_at_steps: bool = True
+    """Whether that diffusion is asked to stop at steps in depth."""
     lamp_highlights: bool = False
     """Whether the paper's highlight, lamp by lamp, is asked for."""
     lamps: tuple[LampFacts, ...] = ()

@@ -276,6 +276,8 @@ def _depth(
     cost = Cost(calibration.compositing(facts, "depth_aware"), 60)
     if not diffusion:
         return Effect(key, name, False, "no diffusion", 0.0, cost)
+    if not facts.stops_at_steps:
+        return Effect(key, name, False, "not asked for", 0.0, cost)
     error = (
         float(account.once(("spread", states.sets, True), lambda: spread_errors(facts, states, hard=True))[-1])
         if states and facts.skin.variances

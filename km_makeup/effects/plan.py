@@ -265,7 +265,7 @@ def everything(facts: SceneFacts) -> Plan:
             effect("closure", "Film light apart from skin light", any_film and Engine.CYCLES in facts.engines),
             effect("subsurface", "Light spreads in the skin", bool(facts.skin.variances) and not screen),
             gaussians,
-            effect("depth", "Diffusion stops at steps in depth", screen),
+            effect("depth", "Diffusion stops at steps in depth", screen and facts.stops_at_steps),
             effect("diffusion", "Screen-space diffusion", screen),
             effect("passes", "Passes and AOVs", screen),
             effect("compositor", "Compositor", screen),

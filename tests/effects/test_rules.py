@@ -94,6 +94,13 @@ def test_the_renderers_own_scattering_goes_where_it_is_narrower_than_pixels():
     assert make_plan(scene(LIPS, skin=SkinFacts(), view=SMALL)).scatters  # nothing to take away
 
 
+def test_diffusion_that_is_not_asked_to_stop_at_steps_does_not():
+    asked = scene(LIPS, screen_diffusion=True, stops_at_steps=False)
+    for plan in (make_plan(asked, 0.0), everything(asked)):
+        assert plan.screen_diffusion.on and not plan.light.depth.on
+    assert make_plan(asked, 0.0).light.depth.said is None
+
+
 def test_cycles_gets_no_passes_and_no_compositor():
     plan = make_plan(scene(LIPS, engines=EEVEE | CYCLES, renders=Engine.CYCLES, screen_diffusion=True))
     assert not plan.screen_diffusion.on and not plan.light.passes.on and not plan.light.compositor.on
@@ -182,6 +189,7 @@ def test_overrides_rule_and_families_have_one_word():
 SWITCHED = (
     scene(LIPS, BASE, film("blush-rose", 0.02), screen_diffusion=True, skin=replace(SPREADS, relief=1.0)),
     scene(LIPS, BASE, screen_diffusion=True, view=SMALL),
+    scene(LIPS, BASE, screen_diffusion=True, stops_at_steps=False),
     scene(LIPS, film("eyeliner-black", 20, map_max=0.0), engines=CYCLES, meets={(0, 1): 0.0}),
     scene(LIPS, BASE, baked=True, view=SMALL, skin=replace(SPREADS, finish=LIPS.finish)),
     scene(LIPS, replace(BASE, mapped=False), baked=True, textures=TextureFacts((4096, 4096), 8.0, asked=512)),

@@ -1,7 +1,7 @@
 """The compositor's part: light that diffuses in the skin, in screen space."""
 
 from .diffusion import diffusion_group
-from .following import ask, follow, forget, planned_profile
+from .following import ask, follow, forget, planned_profile, stops_at_steps
 from .placing import find, insert, remove
 from .profiles import Profile, chosen_profile, profile_of
 from .scale import heads_of, refusal
@@ -20,4 +20,5 @@ __all__ = [
     "profile_of",
     "refusal",
     "remove",
+    "stops_at_steps",
 ]

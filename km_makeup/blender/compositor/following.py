@@ -45,6 +45,11 @@ def ask(
     scene[ASKED] = json.dumps(asked)
 
 
+def stops_at_steps(scene: bpy.types.Scene) -> bool:
+    """Whether light is asked to stop at steps in depth; it is unless the artist said otherwise."""
+    return bool(json.loads(scene.get(ASKED) or "{}").get("steps", True))
+
+
 def planned_profile(scene: bpy.types.Scene, head: bpy.types.Object) -> GaussianProfile:
     """The profile asked for, quick enough for every plan: what films send back does not widen it."""
     asked = json.loads(scene.get(ASKED) or "{}")
@@ -75,7 +80,7 @@ def follow(scene: bpy.types.Scene, plans: list[Plan]) -> None:
         return
     asked = json.loads(scene[ASKED])
     left_out = min(plan.light.left_out for plan in diffused)
-    aware = asked["steps"] and any(plan.light.depth.on for plan in diffused)
+    aware = stops_at_steps(scene) and any(plan.light.depth.on for plan in diffused)
     made_for = json.dumps([asked, left_out, aware, finest_scale(scene)])
     node = find(scene)
     if node is not None and node.get(PLANNED) == made_for:
