@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from tests import stamps
 from tests.effects.cases import ROOT, TOLERANCES, Case, Stage, difference, draw, own_resources
 
-COVERS = ("km_makeup/effects", "tests/effects/cases.py")
+COVERS = ("km_makeup/effects", "tests/effects/cases.py", "tests/effects/bound.py")
 HARDLY = 0.02
 """Differences below this in CIEDE2000 are no ground for a ratio: half floats and the ramps' tables make as much."""
 
