@@ -1,8 +1,9 @@
 """How far the skin's light spreads, and whether any of it can be seen: every Gaussian, the passes, the compositor.
 
-What spreading changes is read off at the hardest edge of light on the head: a shadow of the strongest lamp, as soft as the
-lamp is large, seen through pixels. Each Gaussian that is left out leaves its share of the light where it entered. The
-tolerance holds for 99 of 100 pixels; the narrowest part of an edge, FEW of them, is left aside.
+What spreading changes is read off at the hardest edge of light there could be, a step of all that lamps give, seen through
+pixels: lids, lips and nostrils make such edges in the softest light. Each Gaussian that is left out leaves its share of the light
+where it entered. The tolerance holds for 99 of 100 pixels; the narrowest part of an edge, FEW of them, is left aside. What of
+it shows on heads was measured (`tests.effects.spread`): SEEN, STEPS.
 """
 
 from __future__ import annotations
@@ -23,18 +24,15 @@ from .states import States
 FILTER_PX2 = 0.25
 """Variance in pixels^2 of a pixel with the renderers' usual filter (1.5 pixels) around it."""
 
-CASTER_MM = 15.0
-"""From what casts a shadow on a face (nose, brow, chin) to where it falls."""
-
-TERMINATOR_MM = 4.0
-"""Where light ends on a rounded face it does so over some millimetres, however small the lamp is."""
-
 AMBIENT = 0.3
 """Contrast of light that comes from everywhere: it is less in creases."""
 
-SEEN = 0.5
-"""Part of the change at the hardest edge that shows on a head whose light the compositor diffuses: its edges of light are less straight and
-hard than that. Measured: a quarter (`tests.effects.bound`, a sun at .12 pixels per mm: 0.056 where the edge makes 0.24)."""
+TEXTURE = 0.6
+"""Contrast that is there in any light where the compositor diffuses: it blurs half of the skin's colour with the light."""
+
+SEEN, STEPS = 0.5, 0.3
+"""Parts of the change at the hardest edge that show on a head: of light that does not spread, and of light that spreads across
+steps in depth. Its edges are neither straight nor as hard as that, and steps are fewer than edges."""
 
 FEW = 0.005
 """Share of a head's pixels that edges of light may change by more than the tolerance allows: half of the one per cent."""
@@ -89,16 +87,11 @@ def _across_mm(facts: SceneFacts) -> float:
     return pixels / max(scale_of(facts), 1e-6)
 
 
-def contrast(facts: SceneFacts) -> tuple[float, float]:
-    """Part of all light that goes at the edge of the strongest lamp's shadow, and the edge's sigma in mm."""
-    strengths = [float(np.mean(lamp.irradiance)) for lamp in facts.lamps]
-    total = sum(strengths) + math.pi * float(np.mean(facts.world))
-    if not strengths or total <= 0:
-        return AMBIENT, TERMINATOR_MM
-    strongest = max(range(len(strengths)), key=lambda i: strengths[i])
-    lamp = facts.lamps[strongest]
-    radius = math.sqrt(lamp.solid_angle / math.pi)
-    return strengths[strongest] / total, min(CASTER_MM * radius / 2, TERMINATOR_MM)
+def contrast(facts: SceneFacts) -> float:
+    """Part of all light that goes where skin is hidden from it."""
+    lamps = sum(float(np.mean(lamp.irradiance)) for lamp in facts.lamps)
+    world = math.pi * float(np.mean(facts.world))
+    return (lamps + AMBIENT * world) / (lamps + world) if lamps + world > 0 else AMBIENT
 
 
 def _edge(x: NDArray, variance: float) -> NDArray:
@@ -106,19 +99,14 @@ def _edge(x: NDArray, variance: float) -> NDArray:
     return 0.5 + 0.5 * np.asarray(_ERF(x / math.sqrt(2 * variance)), float)
 
 
-def spread_errors(facts: SceneFacts, states: States | None, hard: bool = False) -> NDArray:
-    """The most that the picture changes when 0, 1, 2, ... of the narrowest Gaussians do not spread light.
-
-    ``hard``: at an edge as hard as a step in depth instead of a shadow. The renderer's own scattering is judged by it, since that is not
-    stopped at lids, lips and nostrils (measured: 1.5 on a close-up in soft light, where a shadow's edge makes 0.15).
-    """
+def spread_errors(facts: SceneFacts, states: States | None, part: float) -> NDArray:
+    """What changes at an edge where this part of the light goes when 0, 1, 2, ... of the narrowest Gaussians do not spread it."""
     count = len(facts.skin.variances)
     if states is None or not count:
         return np.zeros(count + 1)
     order = np.argsort(facts.skin.variances, kind="stable")
     variances, weights = np.array(facts.skin.variances)[order], np.array(facts.skin.weights)[order]
-    part, sigma = contrast(facts)
-    soft = FILTER_PX2 / scale_of(facts) ** 2 + (0.0 if hard else sigma * sigma)
+    soft = FILTER_PX2 / scale_of(facts) ** 2
     reach = 2.5 * math.sqrt(variances.max() + soft)
     beside = np.geomspace(0.3 * math.sqrt(variances.min() + soft), reach, 12)
     x = np.concatenate([-beside[::-1], [0.0], beside])
@@ -181,7 +169,8 @@ def _gaussians(
     count = len(facts.skin.variances)
     if states is None or not count or (not any_film and not screen):
         return (), 0
-    errors = account.once(("spread", states.sets, not screen), lambda: spread_errors(facts, states, hard=not screen))
+    part = max(contrast(facts), TEXTURE) if screen else contrast(facts)
+    errors = SEEN * account.once(("spread", states.sets, part), lambda: spread_errors(facts, states, part))
     if not screen:
         out = account.leaves_out("subsurface", float(errors[-1]))
         sigma = math.sqrt(max(facts.skin.variances))
@@ -189,7 +178,6 @@ def _gaussians(
         said = account.said("subsurface")
         effect = Effect("subsurface", "Light spreads in the skin", not out, reason, float(errors[-1]), said=said)
         return (effect,), count if out else 0
-    errors = SEEN * errors
     whole = account.said("diffusion")
     each = [whole if whole is not Switch.AUTO else account.said(f"gaussian:{k + 1}") for k in range(count)]
     effects, left_out, sharp = [], 0, SHARP_PX2 / blurred_for(scale_of(facts)) ** 2
@@ -278,11 +266,10 @@ def _depth(
         return Effect(key, name, False, "no diffusion", 0.0, cost)
     if not facts.stops_at_steps:
         return Effect(key, name, False, "not asked for", 0.0, cost)
-    error = (
-        float(account.once(("spread", states.sets, True), lambda: spread_errors(facts, states, hard=True))[-1])
-        if states and facts.skin.variances
-        else None
-    )
+    error, part = None, contrast(facts)
+    if states and facts.skin.variances:
+        errors = account.once(("spread", states.sets, part), lambda: spread_errors(facts, states, part))
+        error = STEPS * float(errors[-1])
     out = account.leaves_out(key, error)
     reason = "light across steps would not be seen" if out else "no light from nose to cheek, chin to neck"
     said = account.said(key)
