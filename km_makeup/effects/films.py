@@ -11,7 +11,7 @@ import numpy as np
 from .calibration import Calibration
 from .effect import Account, Cost, Effect, because
 from .facts import LayerFacts, SceneFacts, Switch
-from .states import KEPT_AS, States, at_fewer_bands, states_of, without_interface
+from .states import HALF_FLOATS, KEPT_AS, States, at_fewer_bands, states_of, without_interface
 
 FEWER = (8, 12, 16)
 """Numbers of bands with weights of their own."""
@@ -143,7 +143,7 @@ def interreflection(
         return Effect(key, name, True, f"it is part of {where} and costs nothing", None)
     c, mean = states.skins, states.skins[0]
     R, T2, R_up = states.R[:, None], states.T2[:, None], states.R_up[:, None]
-    error = float(states.distance(R + T2 * c / (1 - R_up * c), R + T2 * c / (1 - R_up * mean)).max())
+    error = float(states.distance(R + T2 * c / (1 - R_up * c), R + T2 * c / (1 - R_up * mean)).max()) + HALF_FLOATS
     height, width = facts.textures.size
     cost = Cost(calibration.shading(facts, "baked") / 3, 8, 1, height * width * 8 / 1e6)
     said = account.said(key)

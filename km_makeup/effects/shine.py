@@ -140,10 +140,11 @@ def shining(
     lit = bool(facts.lamps) or max(facts.world) > 0
     lobes: tuple[Effect, ...] = ()
     if facts.baked:
-        plain = _all_plain(facts, states, live, account)
+        plain, error = _all_plain(facts, states, live, account)
     else:
         lobes, plain = _lobes(facts, states, live, lit, account, calibration)
-    finish = _finish(facts, live, lobes, plain, lit, account, calibration)
+        error = None
+    finish = _finish(facts, live, plain, error, lit, account, calibration)
     second = _second(facts, states, live, plain, finish.on, account, calibration)
     lamps, each = _lamps(facts, states, bool(live), finish.on, account, calibration)
     return Shining(
@@ -151,18 +152,18 @@ def shining(
     )
 
 
-def _all_plain(facts: SceneFacts, states: States | None, live: Sequence[int], account: Account) -> frozenset[int]:
-    """Baked textures hold the films' joint finish: all of it is there, or nothing."""
+def _all_plain(
+    facts: SceneFacts, states: States | None, live: Sequence[int], account: Account
+) -> tuple[frozenset[int], float | None]:
+    """Baked textures hold the films' joint finish: all of it is there, or nothing; and what nothing changes."""
+    none = frozenset[int]()
     if states is None or not live or facts.finish is not Switch.AUTO:
-        return frozenset()
-    none, top = frozenset[int](), _on_top(facts, live, frozenset())
+        return none, None
+    top = _on_top(facts, live, none)
     full = [_shine(facts, one, none, top) for one in states.sets]
     without = [_shine(facts, one, frozenset(live), none) for one in states.sets]
-    return (
-        frozenset(live)
-        if account.leaves_out("finish", _difference(facts, states.colours[:, 0], full, without))
-        else frozenset()
-    )
+    error = _difference(facts, states.colours[:, 0], full, without)
+    return (frozenset(live) if account.leaves_out("finish", error) else none), error
 
 
 def _lobes(
@@ -223,12 +224,13 @@ def _merged(facts: SceneFacts, states: States, plain: frozenset[int], top: froze
 def _finish(
     facts: SceneFacts,
     live: Sequence[int],
-    lobes: Sequence[Effect],
     plain: frozenset[int],
+    error: float | None,
     lit: bool,
     account: Account,
     calibration: Calibration,
 ) -> Effect:
+    """``error``: of baked textures, which have no effect for each film's lobe that would say it."""
     key, name, cost = "finish", "Film highlight", Cost(calibration.shading(facts, "finish"), 25)
     if not live:
         return Effect(key, name, False, "no film", 0.0, cost)
@@ -236,12 +238,12 @@ def _finish(
         return Effect(key, name, False, "forced off", None, cost)
     said = account.said(key)
     if said is Switch.OFF:
-        return Effect(key, name, False, "forced off", None, cost, said=said)
+        return Effect(key, name, False, "forced off", error, cost, said=said)
     if set(live) <= plain:
         reason = "films shine as the skin does" if lit else "no light to be reflected"
-        return Effect(key, name, False, reason, 0.0, cost, said=said)
+        return Effect(key, name, False, reason, error or 0.0, cost, said=said)
     reason = because(said, "films have their own roughness and reflectance")
-    return Effect(key, name, True, reason, None, cost, said=said)
+    return Effect(key, name, True, reason, error, cost, said=said)
 
 
 def _second(

@@ -11,7 +11,7 @@ from .calibration import Calibration
 from .effect import Account, Cost, Effect, because
 from .facts import Engine, SceneFacts
 from .light import scale_of
-from .states import States
+from .states import KEPT_AS, States
 
 TEXELS_A_PIXEL = 2.0
 """Texels that a pixel's width needs: with fewer, edges of paint are softer than the picture."""
@@ -70,7 +70,7 @@ def _loss(facts: SceneFacts, states: States, live: Sequence[int], step: int) -> 
         detail = AVERAGED * layer.detail.get(step, 1.0) / max(layer.map_max, 1e-6)
         whole, without = states.colours[list(a)], states.colours[list(b)]
         worst = max(worst, float(states.distance(whole, whole + detail * (without - whole)).max()))
-    return worst
+    return worst + KEPT_AS
 
 
 def colour_path(facts: SceneFacts, live: Sequence[int]) -> tuple[Effect, bool]:

@@ -51,7 +51,7 @@ def main() -> int:
     parser.add_argument("--lights", default=",".join(LIGHTS), help="with commas (default: all)")
     parser.add_argument("--heights", default="40,90", help="heights of the head in pixels (default 40,90)")
     parser.add_argument("--views", default="front", help="front, three-quarter, close-up; with commas (default: front)")
-    parser.add_argument("--samples", type=int, default=0, help="samples of a picture (default: those of the cases)")
+    parser.add_argument("--samples", type=int, default=0, help="samples of a picture (default: 4)")
     parser.add_argument("--write", action="store_true", help="write tests/results/plan_diffusion.md")
     options = parser.parse_args()
     own_resources()
