@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from km_makeup.effects import (
     GROUPS,
     Calibration,
+    Cost,
     Engine,
     LampFacts,
     SkinFacts,
@@ -254,6 +255,11 @@ def test_effects_do_not_flicker_around_the_tolerance():
     on = at(first * 1.001)
     assert at(first * 0.97, previous=on).scatters and not at(first * 0.97).scatters
     assert not at(first * 0.97, previous=at(first * 0.9)).scatters
+
+
+def test_costs_are_said_as_people_say_them():
+    assert str(Cost(1643.0, 1, 2, 29.4)) == "1.64 s, 1 node, 2 textures, 29.4 MB" and str(Cost(12.34)) == "12.3 ms"
+    assert str(Cost()) == "nothing"
 
 
 def test_a_change_is_told():
