@@ -74,7 +74,7 @@ class Account:
     """The tolerance, what of it is used, what the user says of each effect, and which were on before.
 
     ``chosen``: the effects that are worth leaving out, with their errors; others may use what is left of the tolerance
-    beside these. ``known`` keeps what was computed.
+    beside these. ``has_rounded``: whether what is left out so far may round colours apart. ``known`` keeps what was computed.
     """
 
     tolerance: float
@@ -82,17 +82,30 @@ class Account:
     before: Mapping[str, bool] | None = None
     chosen: Mapping[str, float] | None = None
     used: float = 0.0
+    has_rounded: bool = False
     known: dict[tuple, Any] = field(default_factory=dict)
 
     def said(self, key: str) -> Switch:
         """What the user says of an effect; of one of a family (``lamp:Key``) what is said of the family counts too."""
         return self.overrides.get(key, self.overrides.get(key.split(":")[0], Switch.AUTO))
 
-    def leaves_out(self, key: str, error: float | None) -> bool:
-        """Whether an effect is left out; its error is then counted. Errors that are not known are too large."""
+    def rounded(self, error: float, step: float) -> float:
+        """An error of colours with the step by which they may be rounded apart, where it is not counted yet."""
+        return error if self.has_rounded else error + step
+
+    def leaves_out(self, key: str, error: float | None, rounds: bool = False) -> bool:
+        """Whether an effect is left out; its error is then counted. Errors that are not known are too large.
+
+        ``rounds``: whether its error holds that of colours that are rounded apart (`rounded`).
+        """
         said = self.said(key)
         if said is not Switch.AUTO:
             return said is Switch.OFF
+        out = self._keeps_the_limit(key, error)
+        self.has_rounded |= out and rounds
+        return out
+
+    def _keeps_the_limit(self, key: str, error: float | None) -> bool:
         if error is None:
             return False
         if error <= 0:

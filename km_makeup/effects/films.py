@@ -11,7 +11,7 @@ import numpy as np
 from .calibration import Calibration
 from .effect import Account, Cost, Effect, because
 from .facts import LayerFacts, SceneFacts, Switch
-from .states import HALF_FLOATS, KEPT_AS, States, at_fewer_bands, states_of, without_interface
+from .states import KEPT_AS, States, at_fewer_bands, rounding, states_of, without_interface
 
 FEWER = (8, 12, 16)
 """Numbers of bands with weights of their own."""
@@ -37,8 +37,10 @@ def film_effects(facts: SceneFacts, account: Account, calibration: Calibration) 
     present = sorted([*uncertain, *(i for i, effect in effects.items() if effect.on)])
     states = states_of(facts, present) if uncertain else None
     errors = {index: _error_without(facts, states, present, index, account) for index in uncertain} if states else {}
+    step = rounding(facts, states) if states else 0.0
     for index in sorted(uncertain, key=lambda i: (errors.get(i, np.inf), i)):
-        effects[index] = _weighed(index, facts, errors.get(index), account, calibration)
+        error = account.rounded(errors[index], step) if index in errors else None
+        effects[index] = _weighed(index, facts, error, account, calibration)
     return tuple(effects[i] for i in range(len(facts.layers)))
 
 
@@ -96,7 +98,7 @@ def _error_without(facts: SceneFacts, states: States, present: Sequence[int], in
 
 def _weighed(index: int, facts: SceneFacts, error: float | None, account: Account, calibration: Calibration) -> Effect:
     layer, key = facts.layers[index], f"film:{index}"
-    out = account.leaves_out(key, error)
+    out = account.leaves_out(key, error, rounds=True)
     reason = _painted(layer) if not out else f"too thin to be seen: {1000 * layer.thickness_mm * layer.map_max:.3g} µm"
     cost = _cost(facts, calibration)
     return Effect(key, f"Film {layer.name}", not out, reason, error, cost, said=account.said(key))
@@ -143,14 +145,15 @@ def interreflection(
         return Effect(key, name, True, f"it is part of {where} and costs nothing", None)
     c, mean = states.skins, states.skins[0]
     R, T2, R_up = states.R[:, None], states.T2[:, None], states.R_up[:, None]
-    error = float(states.distance(R + T2 * c / (1 - R_up * c), R + T2 * c / (1 - R_up * mean)).max()) + HALF_FLOATS
+    error = float(states.distance(R + T2 * c / (1 - R_up * c), R + T2 * c / (1 - R_up * mean)).max()) + KEPT_AS
     height, width = facts.textures.size
     cost = Cost(calibration.shading(facts, "baked") / 3, 8, 1, height * width * 8 / 1e6)
     said = account.said(key)
     if diffused and said is Switch.AUTO:
         reason = "the diffusion needs to know what the films send back into the skin"
         return Effect(key, name, True, reason, error, cost, said=said)
-    out = account.leaves_out(key, error)
+    error = account.rounded(error, rounding(facts, states))
+    out = account.leaves_out(key, error, rounds=True)
     reason = because(
         said,
         f"changes nothing by more than {error:.2g}: one texture less"
@@ -187,7 +190,8 @@ def band_effect(
     said = account.said(key)
     if said is Switch.ON:
         return Effect(key, name, True, "forced on: all 81", None, said=said), 0.0
-    allowed = min(BAKE_SHARE * account.left, BAKE_MOST)
+    step = account.rounded(0.0, rounding(facts, states))
+    allowed = min(BAKE_SHARE * account.left, BAKE_MOST, account.left - step)
     for count in FEWER:
         error = at_fewer_bands(facts, states, live, count)
         if error <= allowed or said is Switch.OFF:
@@ -195,8 +199,8 @@ def band_effect(
             spent = most if said is Switch.OFF else min(allowed, most)
             reason = f"{count} of 81 do for these products under {facts.light} (error {error:.2g})"
             reason = because(said, f"{reason}; the bake may spend {spent:.2g}")
-            account.used += spent if said is Switch.AUTO else 0.0
-            return Effect(key, name, True, reason, spent, reduced=True, said=said), spent
+            account.used += spent + step if said is Switch.AUTO else 0.0
+            return Effect(key, name, True, reason, spent + step, reduced=True, said=said), spent
     return Effect(key, name, True, "all 81: fewer would be seen", None, said=said), 0.0
 
 

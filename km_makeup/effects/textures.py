@@ -11,7 +11,7 @@ from .calibration import Calibration
 from .effect import Account, Cost, Effect, because
 from .facts import Engine, SceneFacts
 from .light import scale_of
-from .states import KEPT_AS, States
+from .states import CLOSURE_STEP, DITHERED_BELOW, KEPT_AS, States, rounding
 
 TEXELS_A_PIXEL = 2.0
 """Texels that a pixel's width needs: with fewer, edges of paint are softer than the picture."""
@@ -22,10 +22,6 @@ STEPS, LEAST = (2, 4, 8), 64
 AVERAGED = 0.02
 """Part of the detail of a box of texels that is seen in a pixel that holds two by two of such boxes or more: textures are averaged
 as mip-maps are, so little but their filter differs."""
-
-DITHERED_BELOW = 0.03
-CLOSURE_STEP = 1 / 1023
-"""As in `blender.shaders`: EEVEE's closures keep colours in steps of this; channels below the other are dithered."""
 
 
 def resolution(
@@ -47,12 +43,13 @@ def resolution(
         return Effect(key, name, True, f"{width}x{height}: their size on the skin is not known", None, cost), 1
     fits = [step for step in STEPS if density / step >= TEXELS_A_PIXEL * scale and min(height, width) // step >= LEAST]
     losses = [account.once(("texture", step, states.sets), partial(_loss, facts, states, live, step)) for step in fits]
+    losses = [account.rounded(loss, rounding(facts, states)) for loss in losses]
     reason = f"{width}x{height}: {density / scale:.2g} texels a pixel of the picture"
     if not fits:
         return Effect(key, name, True, reason, None, cost), 1
     said = account.said(key)
     for divisor, loss in zip(fits[::-1], losses[::-1]):
-        if account.leaves_out(key, loss):
+        if account.leaves_out(key, loss, rounds=True):
             small = f"{width // divisor}x{height // divisor} of {width}x{height}"
             reason = f"{small}: {density / divisor / scale:.2g} texels a pixel"
             less = Cost(0.0, 0, planes, cost.mb / divisor**2)

@@ -26,7 +26,7 @@ from km_makeup.effects import (
     summary,
 )
 from km_makeup.effects.light import WALKED
-from km_makeup.effects.states import HALF_FLOATS
+from km_makeup.effects.states import KEPT_AS, rounding, states_of
 from km_makeup.errors import MakeupError
 from km_makeup.makeup.finish import Finish
 from tests.effects.scenes import BASE, CYCLES, EEVEE, LIPS, SPREADS, film, scene
@@ -65,12 +65,24 @@ def test_pairs_and_threes_exist_where_they_meet():
     assert "overlap:0+1+2" not in reasons
 
 
+def test_colours_are_rounded_apart_once_however_much_is_left_out():
+    thin = [film("foundation-light", 0.001), film("blush-rose", 0.001)]
+    plan = make_plan(scene(LIPS, *thin), 2.0)
+    step = rounding(scene(LIPS, *thin), states_of(scene(LIPS, *thin), [0, 1, 2]))
+    first, second = sorted(plan.effect(f"film:{i}").error for i in (1, 2))
+    assert plan.film_indices == (0,) and step > 0.1
+    assert first < step < second and second - step < 0.05
+    cycles = make_plan(scene(LIPS, *thin, engines=CYCLES), 2.0)
+    assert max(cycles.effect(f"film:{i}").error for i in (1, 2)) < 0.05
+
+
 def test_interreflection_is_left_out_of_textures_over_skin_of_one_colour():
     plain = replace(SPREADS, colours=SPREADS.colours[:1])
     many = make_plan(scene(LIPS, BASE, baked=True)).interreflection
-    one = make_plan(scene(LIPS, BASE, baked=True, skin=plain)).interreflection
+    facts = scene(LIPS, BASE, baked=True, skin=plain)
+    one = make_plan(facts).interreflection
     assert many.on and many.error > 0.1
-    assert not one.on and one.error == pytest.approx(HALF_FLOATS)
+    assert not one.on and one.error == pytest.approx(KEPT_AS + rounding(facts, states_of(facts, [0, 1])))
     assert make_plan(scene(LIPS, BASE)).interreflection.on
 
 
@@ -157,7 +169,7 @@ def test_relief_fades_only_where_there_is_some_and_films_fill_it():
 
 def test_textures_are_as_large_as_the_picture_needs():
     fine = replace(LIPS, detail={2: 0.01, 4: 0.02, 8: 0.03})
-    assert make_plan(scene(fine, baked=True, view=SMALL, finish=Switch.OFF)).divisor == 8
+    assert make_plan(scene(fine, baked=True, view=SMALL, finish=Switch.OFF), 2.0).divisor == 8
     near = make_plan(scene(fine, baked=True, textures=TextureFacts((4096, 4096), 8.0)))
     far = make_plan(
         scene(
