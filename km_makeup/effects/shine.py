@@ -152,6 +152,11 @@ def shining(
     )
 
 
+def _lamp_by_lamp(facts: SceneFacts) -> bool:
+    """Whether lamps get highlights of their own, of skin and films together: there is no leaving out the films' alone then."""
+    return facts.lamp_highlights and Engine.EEVEE in facts.engines and any(lamp.real for lamp in facts.lamps)
+
+
 def _all_plain(
     facts: SceneFacts, states: States | None, live: Sequence[int], account: Account
 ) -> tuple[frozenset[int], float | None]:
@@ -163,7 +168,8 @@ def _all_plain(
     full = [_shine(facts, one, none, top) for one in states.sets]
     without = [_shine(facts, one, frozenset(live), none) for one in states.sets]
     error = _difference(facts, states.colours[:, 0], full, without)
-    return (frozenset(live) if account.leaves_out("finish", error) else none), error
+    keeps = _lamp_by_lamp(facts) and account.said("finish") is not Switch.OFF
+    return (frozenset(live) if not keeps and account.leaves_out("finish", error) else none), error
 
 
 def _lobes(
@@ -191,7 +197,8 @@ def _lobes(
     asked = account.said("finish")
     for index in sorted(live, key=lambda i: (errors[i] if errors[i] is not None else np.inf, i)):
         key, error = f"lobe:{index}", errors[index]
-        out = facts.finish is Switch.AUTO and asked is Switch.AUTO and account.leaves_out(key, error)
+        last = _lamp_by_lamp(facts) and len(plain) == len(live) - 1
+        out = facts.finish is Switch.AUTO and asked is Switch.AUTO and not last and account.leaves_out(key, error)
         if out:
             plain.add(index)
         engine = "lobe" if facts.engine is Engine.CYCLES else "finish"
@@ -200,7 +207,7 @@ def _lobes(
             reason = "no light to be reflected" if not lit else "as what lies below shines"
         cost = Cost(calibration.shading(facts, engine), 9)
         name = f"Highlight of {facts.layers[index].name}"
-        said = account.said(key) if facts.finish is Switch.AUTO and asked is Switch.AUTO else None
+        said = account.said(key) if facts.finish is Switch.AUTO and asked is Switch.AUTO and not last else None
         effects[index] = Effect(key, name, not out, because(said or Switch.AUTO, reason), error, cost, said=said)
     return tuple(effects[i] for i in live), frozenset(plain)
 

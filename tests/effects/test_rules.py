@@ -158,6 +158,17 @@ def test_a_lamp_too_faint_to_be_seen_has_no_highlight_of_its_own():
     assert [effect.on for effect in plan.shine.each_lamp] == [True, True, False] and plan.lamp_highlights.reduced
 
 
+def test_highlights_of_lamps_that_are_asked_for_stay_however_films_shine():
+    """They are drawn in another way than the renderer's, the skin's too."""
+    same = replace(LIPS, finish=SPREADS.finish)
+    for baked in (False, True):
+        facts = scene(same, lamp_highlights=True, baked=baked)
+        plan = make_plan(facts, 5.0)
+        assert plan.finish.on and plan.lamp_highlights.on and any(effect.on for effect in plan.shine.each_lamp)
+        assert not make_plan(replace(facts, lamp_highlights=False), 5.0).finish.on
+        assert not make_plan(facts, overrides={"finish": Switch.OFF}).lamp_highlights.on
+
+
 def test_relief_fades_only_where_there_is_some_and_films_fill_it():
     rough = replace(SPREADS, relief=1.0)
     assert not make_plan(scene(BASE)).shine.normals.on
@@ -218,7 +229,8 @@ SWITCHED = (
     scene(LIPS, film("eyeliner-black", 20, map_max=0.0), engines=CYCLES, meets={(0, 1): 0.0}),
     scene(LIPS, BASE, baked=True, view=SMALL, skin=replace(SPREADS, finish=LIPS.finish)),
     scene(LIPS, replace(BASE, mapped=False), baked=True, textures=TextureFacts((4096, 4096), 8.0, asked=512)),
-    scene(LIPS, BASE, lamp_highlights=True, screen_diffusion=False),
+    scene(LIPS, BASE, lamp_highlights=True),
+    scene(replace(LIPS, finish=SPREADS.finish), BASE, lamp_highlights=True, baked=True),
     scene(LIPS, finish=Switch.OFF, baked=True, finished=True),
     scene(BASE, skin=SkinFacts(), lamps=(), world=(0.0, 0.0, 0.0)),
 )
