@@ -51,21 +51,26 @@ def _blender_tests_start_clean(request: pytest.FixtureRequest) -> None:
     if request.node.get_closest_marker("blender"):
         request.getfixturevalue("clean_scene")
         if "effects" not in request.path.parts:
-            request.getfixturevalue("everything_on")
+            request.getfixturevalue("nothing_left_out")
 
 
 @pytest.fixture
-def everything_on(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Heads are set up with their switch Everything on: tests of colours and nodes see every effect that the engine can have."""
-    from km_makeup.blender import looks, makeup
-    from km_makeup.blender.update import paused
+def nothing_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tests of colours and nodes see every effect that the engine can have, and every film that carries product."""
+    from dataclasses import replace
 
-    set_up = makeup.set_up
+    from km_makeup.blender import makeup
+    from km_makeup.effects import Switch
 
-    def with_everything(obj, *rest, **more):
-        set_up(obj, *rest, **more)
-        with paused():
-            obj.km_makeup.everything = True
+    planned = makeup.make_plan
+    families = (
+        "interreflection", "dither", "second_lobe", "lobe", "finish", "subsurface", "normals", "texture", "lamp", "gaussian",
+        "diffusion", "depth", "bands",
+    )  # fmt: skip
 
-    for module in (makeup, looks):
-        monkeypatch.setattr(module, "set_up", with_everything)
+    def whole(facts, tolerance, overrides, *rest):
+        seen = tuple(replace(layer, seen=True) for layer in facts.layers)
+        facts = replace(facts, layers=seen, view=replace(facts.view, visible=True))
+        return planned(facts, 0.0, {**dict.fromkeys(families, Switch.ON), **overrides}, *rest)
+
+    monkeypatch.setattr(makeup, "make_plan", whole)
