@@ -27,12 +27,13 @@ from ..makeup.maps import check_same_size
 from ..optics import Interface
 from ..spectra import Bands, upsample_skin
 from ..spectra.lights import Light
+from ..steps import Steps
 from .colours import Reference, Shine
 from .combinations import Combinations, combinations
 from .fewer import Ground, fitted, full
 from .finished import finished_tile, method_over_skins
 from .levels import Painted, Rows, Tile, painted, read_tiles
-from .texels import TEXTURES, WORD, Part, Single, Work, by_combination, by_texel, combination_blocks, joined, single
+from .texels import TEXTURES, WORD, Part, Work, by_combination, by_texel, combination_blocks, joined, single
 from .tiles import in_order, row_tiles
 
 FLOAT_LEVELS = (1024, 4096, 16384)
@@ -157,14 +158,11 @@ def bake(request: Request, progress: Progress | None = None, into: Baked | None 
     ``into`` is a bake that is no longer needed: R, T2, R_up and finish of the same size and type are written over its own, which
     saves getting new memory, about half of the time of a large bake.
     """
-    steps = baking(request, into)
-    while True:
-        try:
-            done, total = next(steps)
-        except StopIteration as end:
-            return end.value
+    steps = Steps(baking(request, into))
+    for done, total in steps:
         if progress:
             progress(done, total)
+    return steps.result
 
 
 def baking(request: Request, into: Baked | None = None) -> Generator[tuple[int, int], None, Baked]:
@@ -176,27 +174,24 @@ def baking(request: Request, into: Baked | None = None) -> Generator[tuple[int, 
     canvas = MemoryCanvas(request, height, width, into)
     extra = len(row_tiles(height, width)) if request.skin is not None else 0
     done, total = 0, 0
-    filling = fill(request, canvas)
-    while True:
-        try:
-            done, total = next(filling)
-        except StopIteration as end:
-            count: Count = end.value
-            break
+    filled = Steps(fill(request, canvas))
+    for done, total in filled:
         yield done, total + extra
     albedo = None
     if request.skin is not None:
-        finishing = finished_albedo(request)
-        while True:
-            try:
-                done += next(finishing)
-            except StopIteration as end:
-                albedo = end.value
-                break
+        finished = Steps(finished_albedo(request))
+        for step in finished:
+            done += step
             yield done, total + extra
+        albedo = finished.result
     planes = dict(zip(request.textures, canvas.planes()))
     return Baked(
-        **vars(count), R=planes["R"], T2=planes["T2"], R_up=planes["R_up"], albedo=albedo, finish=planes.get("finish")
+        **vars(filled.result),
+        R=planes["R"],
+        T2=planes["T2"],
+        R_up=planes["R_up"],
+        albedo=albedo,
+        finish=planes.get("finish"),
     )
 
 
@@ -285,19 +280,16 @@ def fill(request: Request, canvas: Canvas) -> Generator[tuple[int, int], None, C
     height, width = size_of(request)
     runs = row_tiles(height, width)
     total, done = 2 * len(runs), 0
-    looking = preparing(request)
-    while True:
-        try:
-            done += next(looking)
-        except StopIteration as end:
-            prepared: Prepared = end.value
-            break
+    looking = Steps(preparing(request))
+    for step in looking:
+        done += step
         total = max(total, done + len(runs))
         yield done, total
+    prepared = looking.result
     total = done + prepared.steps(runs)
     counts = np.zeros(2, int)
-    for step in filling(prepared, runs, canvas):
-        counts += step
+    for painted_and_outside in filling(prepared, runs, canvas):
+        counts += painted_and_outside
         done += 1
         yield done, total
     return counted(prepared, counts)
@@ -312,7 +304,7 @@ def counted(prepared: Prepared, counts: NDArray) -> Count:
 
 def size_of(request: Request) -> tuple[int, int]:
     """(height, width) of the maps; MakeupError where they differ, or the skin texture from them."""
-    layers = _layers(request, FLOAT_LEVELS[0])
+    layers = layers_of(request)
     height, width = check_same_size([(layer.name, layer.source) for layer in layers])
     if request.skin is not None and request.skin.shape[:2] != (height, width):
         raise MakeupError(
@@ -389,7 +381,7 @@ def _combined(
 
 def _one_by_one(work: Work, runs: Sequence[tuple[int, int]], canvas: Canvas) -> Generator[tuple[int, int], None, None]:
     """Texel by texel; yields (painted, outside the working space) a tile."""
-    singles: list[Single] = []
+    singles: list[Part] = []
     if not work.exact:
         at_all_bands = full(work.ground, work.layers)
         singles = [single(work, at_all_bands, i) for i in range(len(work.layers))]

@@ -22,12 +22,18 @@ from .colours import Reference, Table, Weights, film_table, optics, textures
 from .levels import Painted
 
 SAMPLE_ROWS, SAMPLE_COLUMNS, SAMPLE_TEXELS = 128, 64, 1536
+"""A grid of so many rows and columns of the maps is looked at; so many of its painted texels at most are in a sample."""
+
 SYNTHETIC = (0.0, 0.15, 0.6, 1.0)
 """Painted values whose combinations are in every sample."""
 
 MOST_SYNTHETIC = 512
 RIDGE = 1e-9
+"""Pull of the fitted weights towards the plausible ones, relative to the mean of the normal equations' diagonal."""
+
 DARKEST = 0.02
+"""Channel values below this count as this one where errors are taken relatively."""
+
 SEEN_ON = (0.5, 1.0, 1.4)
 """The error is taken over the reference skin times these."""
 
@@ -103,6 +109,7 @@ def fitted(ground: Ground, layers: Sequence[Painted], tolerance: float) -> Metho
 
 
 def candidates(wavelengths: NDArray) -> list[NDArray[np.intp]]:
+    """Choices of bands to try, the fewest first, as places among the 81; none where the light has fewer itself."""
     if len(wavelengths) != 81:
         return []
     chosen = [np.searchsorted(wavelengths, BAND_WAVELENGTHS[n]) for n in sorted(BAND_WAVELENGTHS)]
@@ -119,7 +126,7 @@ def sample(layers: Sequence[Painted]) -> list[NDArray]:
     ]
     painted = np.flatnonzero(np.any([values > 0 for values in read], axis=0))
     painted = painted[:: max(1, -(-len(painted) // SAMPLE_TEXELS))]
-    made = np.array(list(itertools.islice(itertools.product(SYNTHETIC, repeat=len(layers)), 4 ** len(layers))))
+    made = np.array(list(itertools.product(SYNTHETIC, repeat=len(layers))))
     made = made[:: max(1, -(-len(made) // MOST_SYNTHETIC))]
     return [
         np.concatenate([values[painted], np.rint(255 * steps).astype(np.uint8) if layer.is_byte else steps]).astype(

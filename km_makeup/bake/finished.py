@@ -16,6 +16,8 @@ from .fewer import MARGIN, Ground, candidates, in_order_rgb, interpolating, samp
 from .levels import Painted, Tile
 
 BLOCK = 1024
+"""Texels computed together."""
+
 SKINS = 96
 """Skins of the texture that weights are fitted and checked on."""
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ..errors import MakeupError
 from ..files import common_folder, finish_swaps, replacing, together, write_text
 from ..makeup.maps import CHANNELS
+from ..steps import Steps
 from .engine import (
     Count,
     Elsewhere,
@@ -207,14 +208,11 @@ def _keyed(request: Request, tiles: int) -> Generator[tuple[int, int], None, tup
         digests.append(digest)
         done += 1
         yield done, total
-    looking = preparing(request)
-    while True:
-        try:
-            done += next(looking)
-        except StopIteration as end:
-            prepared: Prepared = end.value
-            break
+    looking = Steps(preparing(request))
+    for step in looking:
+        done += step
         yield done, max(total, done)
+    prepared = looking.result
     method = prepared.digest
     return prepared, [replace(s, key=_key(method, digest)) for s, digest in zip(stripes, digests)]
 
@@ -316,12 +314,10 @@ class _Job:
 
 def _quietly(steps: Generator[int, None, Result], done: int, total: int) -> Generator[tuple[int, int], None, Result]:
     """The steps, without any progress."""
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value
+    whole = Steps(steps)
+    for _ in whole:
         yield done, total
+    return whole.result
 
 
 def _skin_digest(request: Request) -> str:

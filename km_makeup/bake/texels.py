@@ -94,7 +94,7 @@ def bare_words(work: Work) -> list[NDArray]:
 
 @dataclass(frozen=True)
 class Part:
-    """A run of combinations or of texels, computed: their words, and which of them leave the working space."""
+    """A run of combinations, of levels or of texels, computed: their words, and which of them leave the working space."""
 
     words: Sequence[NDArray]
     outside: NDArray[np.bool_]
@@ -141,16 +141,8 @@ def leaves_space(rgb: NDArray, ground: Ground) -> NDArray[np.bool_]:
 GAMUT_ROUNDING = 1e-5
 
 
-@dataclass(frozen=True)
-class Single:
-    """A layer's textures at each of its levels where it is the only one painted."""
-
-    words: Sequence[NDArray]
-    outside: NDArray[np.bool_]
-
-
-def single(work: Work, full: Method, layer: int) -> Single:
-    """The textures of one layer alone, at all bands."""
+def single(work: Work, full: Method, layer: int) -> Part:
+    """The textures of one layer alone at each of its levels, at all bands."""
     levels = np.arange(work.layers[layer].levels)
     alone = Work([work.layers[layer]], Ground([work.ground.coats[layer]], *_ground_rest(work)),
                  Method(full.weights, [full.tables[layer]], full.reference, 0.0),
@@ -160,14 +152,14 @@ def single(work: Work, full: Method, layer: int) -> Single:
     words = alone.words(rgb, values)
     for word, bare in zip(words, bare_words(work)):
         word[0] = bare[0]
-    return Single(words, leaves_space(rgb, work.ground))
+    return Part(words, leaves_space(rgb, work.ground))
 
 
 def _ground_rest(work: Work) -> tuple:
     return work.ground.interface, work.ground.bands, work.ground.reference
 
 
-def by_texel(work: Work, singles: Sequence[Single], tile: Tile, out: Sequence[NDArray]) -> tuple[int, int]:
+def by_texel(work: Work, singles: Sequence[Part], tile: Tile, out: Sequence[NDArray]) -> tuple[int, int]:
     """Fill a tile's words; how many texels are painted and how many of them leave the working space."""
     stored = [layer.stored(rows) for layer, rows in zip(work.layers, tile.sources)]
     levels = [layer.level(values) for layer, values in zip(work.layers, stored)]

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..steps import result_of
 from .engine import TOLERANCE, MemoryCanvas, Prepared, Request, filling, looking_again, preparing
 from .fewer import fitted
 from .levels import ArrayRows, numbered
@@ -103,13 +104,7 @@ class Kept:
 
         ``tolerance`` in CIEDE2000 is what texels of strokes may be off until the bake follows; 0 takes no short cut.
         """
-        looking = preparing(request)
-        while True:
-            try:
-                next(looking)
-            except StopIteration as end:
-                self._prepared: Prepared = _for_strokes(end.value, tolerance)
-                break
+        self._prepared = _for_strokes(result_of(preparing(request)), tolerance)
         self.maps = [np.array(one) for one in request.maps]
         self.request = request
 
@@ -131,13 +126,7 @@ class Kept:
         work = _in(place, self._prepared.work, self.maps)
         height, width = work.layers[0].source.shape
         runs = row_tiles(height, width)
-        looking = looking_again(replace(self._prepared, work=work), runs)
-        while True:
-            try:
-                next(looking)
-            except StopIteration as end:
-                here: Prepared = end.value
-                break
+        here = result_of(looking_again(replace(self._prepared, work=work), runs))
         canvas = MemoryCanvas(self.request, height, width)
         for _ in filling(here, runs, canvas):
             pass

@@ -20,6 +20,7 @@ from ..errors import MakeupError
 from ..files import check_folder, ensure_folder
 from ..makeup import interface_of
 from ..spectra import bands
+from ..steps import result_of
 from . import gpu_bake, images
 from .heads import surface_of
 from .makeup import light_of, plan_of, refresh, skin_under, stack_of
@@ -112,12 +113,7 @@ def bake_steps(obj: bpy.types.Object, scene: bpy.types.Scene) -> Generator[tuple
 
 def bake_all(obj: bpy.types.Object, scene: bpy.types.Scene) -> BakeReport | None:
     """Bake at once."""
-    steps = bake_steps(obj, scene)
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value
+    return result_of(bake_steps(obj, scene))
 
 
 def request_of(obj: bpy.types.Object, plan: Plan) -> Request:

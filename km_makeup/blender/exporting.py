@@ -14,13 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import __version__
-from ..bake import Baked, Request, Shine, baking, write_picture
+from ..bake import Request, Shine, baking, write_picture
 from ..effects import Plan
 from ..errors import MakeupError
 from ..files import ensure_folder, replacing, together
 from ..makeup import interface_of
 from ..makeup.flat import Surface, flattened, linear_bytes, relative_f0, srgb_bytes
 from ..spectra import bands, convert
+from ..steps import Steps, result_of
 from . import images
 from .baking import layer_maps
 from .flat_materials import FlatSkin, flat_skin, plain_material
@@ -98,14 +99,10 @@ def export_steps(
     for number, skin in enumerate(skins):
         suffix = f"_{bpy.path.clean_name(skin.material.name)}" if len(skins) > 1 else ""
         request = _request(obj, plan, skin, shape, under.mean)
-        steps = baking(request)
-        while True:
-            try:
-                done, total = next(steps)
-            except StopIteration as end:
-                baked: Baked = end.value
-                break
+        steps = Steps(baking(request))
+        for done, total in steps:
             yield number * total + done, len(skins) * total + 1
+        baked = steps.result
         made = flattened(skin.surface(shape), baked.finish if request.shines else None, baked.R[..., :3], baked.albedo)
         looks.append(_textures(skin, baked.albedo, made, shape, suffix))
         if export.before:
@@ -118,12 +115,7 @@ def export_steps(
 
 def export_all(obj: bpy.types.Object, scene: bpy.types.Scene, export: Export) -> ExportReport:
     """Export at once."""
-    steps = export_steps(obj, scene, export)
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value
+    return result_of(export_steps(obj, scene, export))
 
 
 def _shape(obj: bpy.types.Object, plan: Plan, skins: Sequence[FlatSkin], resolution: int) -> tuple[int, int]:

@@ -22,6 +22,7 @@ from ..makeup.landmarks import NEEDED, propose
 from ..makeup.maps import check_same_size
 from ..makeup.surface import Surface
 from ..products import Library, Product
+from ..steps import result_of
 from . import images
 from .heads import head_of, landmarks_of, surface_of, uv_layout_of
 from .library import carry, library
@@ -86,12 +87,7 @@ def apply_look(obj: bpy.types.Object, look: Look, method: Method | None = None) 
     Everything is read and checked first: where a product or a map is unusable a MakeupError says which,
     and the object is as before.
     """
-    steps = applying(obj, look, method)
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value
+    return result_of(applying(obj, look, method))
 
 
 def applying(

@@ -8,6 +8,7 @@ from typing import Any
 import bpy
 
 from ...errors import MakeupError
+from ...steps import result_of
 from .base import MakeupOperator
 
 
@@ -32,12 +33,7 @@ class SteppedOperator(MakeupOperator):
         raise TypeError(f"{type(self).__name__} has no steps")
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> str:
-        steps = self.steps(context, obj)
-        while True:
-            try:
-                next(steps)
-            except StopIteration as end:
-                return str(end.value)
+        return str(result_of(self.steps(context, obj)))
 
     def start(self, context: bpy.types.Context) -> set[str]:
         """Begin in the window; to be returned from invoke or execute."""
