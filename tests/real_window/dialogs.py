@@ -28,7 +28,11 @@ MAP = CHECKOUT / "sample_blend" / "looks" / "maps"
 MENUS = Box(0, 0, 400, 26)
 STATUS = Box(0, 876, 1600, 24)
 CHIN = (MIDDLE, 460)
-EXPORTED = ("tutorial", "makeup_export")
+SOLID, MATERIAL_PREVIEW = (1232, 40), (1252, 40)
+"""Two buttons of the 3D view's header."""
+
+EXPORTED = "makeup_export"
+"""The folder beside the .blend that the dialog proposes."""
 
 
 class Dialogs(Tutorial):
@@ -36,14 +40,22 @@ class Dialogs(Tutorial):
 
     def steps(self) -> list[Callable[[], None]]:
         return [
-            self.open_the_tab, self.select_the_head, self.set_up, self.drop_a_look, self.take_the_look, self.undo_by_menu,
+            self.open_the_tab, self.solid, self.select_the_head, self.set_up, self.solid, self.drop_a_look, self.take_the_look, self.undo_by_menu,
             self.redo_by_menu, self.drop_a_map, self.take_the_map, self.propose_landmarks, self.place_landmarks, self.drag_a_landmark,
-            self.leave_landmarks, self.ask_for_a_region, self.lay_a_region, self.open_the_export, self.export,
+            self.leave_landmarks, self.ask_for_a_region, self.lay_a_region, self.in_colour, self.open_the_export, self.export,
         ]  # fmt: skip
 
     popups = frozenset(
         {"drop_a_look", "drop_a_map", "place_landmarks", "drag_a_landmark", "ask_for_a_region", "open_the_export"}
     )
+
+    def solid(self) -> None:
+        """Solid shading: what is looked at are dialogs and lists, and every wait is shorter."""
+        self.window.click(SOLID)
+
+    def in_colour(self) -> None:
+        self.window.click(MATERIAL_PREVIEW)
+        self.ready()
 
     def drop_a_look(self) -> None:
         self.drop(LOOK)
@@ -102,7 +114,7 @@ class Dialogs(Tutorial):
 
     def export(self) -> None:
         self.window.key("Return")
-        folder = self.folder.joinpath(*EXPORTED[1:])
+        folder = self.folder / EXPORTED
         self.until(lambda: bool(list(folder.glob("*.glb"))), f"no .glb in {folder}")
 
     # -- ways

@@ -41,6 +41,18 @@ PATIENCE = 150
 MIDDLE = 657
 """The middle of the face across the screen, once the head is framed."""
 
+LIPS = (
+    [(-54, 387), (-40, 379), (-26, 373), (-12, 371)],
+    [(-14, 371), (0, 373), (14, 371)],
+    [(12, 371), (26, 372), (40, 379), (56, 386)],
+    [(-48, 386), (-16, 381), (16, 381), (50, 386)],
+    [(-48, 391), (-16, 394), (16, 394), (48, 391)],
+    [(-44, 396), (-28, 403), (-12, 407)],
+    [(-14, 407), (14, 407)],
+    [(12, 407), (28, 403), (46, 395)],
+)
+"""Strokes of a brush of 16 pixels along the lips, from the middle of the face, bows of the upper lip first."""
+
 ASIDE = (250, 600)
 """Where the mouse rests while a picture is taken, so that no tooltip lies over it."""
 
@@ -158,8 +170,8 @@ class Tutorial:
 
     def paint_lips(self) -> None:
         self.number(self.reach("Size"), "16")
-        for y, half in ((372, 26), (379, 44), (387, 56), (395, 48), (403, 38), (409, 26)):
-            self.window.drag([(MIDDLE - half + 2 * half * i // 8, y) for i in range(9)])
+        for places in LIPS:
+            self.window.drag([(MIDDLE + x, y) for x, y in places])
 
     def erase(self) -> None:
         self.press("Erase")
@@ -170,20 +182,20 @@ class Tutorial:
         self.press("Paint", "Erase")
 
     def before(self) -> None:
-        self.press("Before")
+        self.switch("Before")
 
     def after(self) -> None:
-        self.press("After")
+        self.switch("After")
 
     def show_alone(self) -> None:
-        self.window.click(self.in_row("Lipstick,", ROW["star"], 0))  # type: ignore[arg-type]
+        self.toggle(self.in_row("Lipstick,", ROW["star"], 0))  # type: ignore[arg-type]
 
     def hide_a_layer(self) -> None:
-        self.window.click(self.in_row("Lipstick,", ROW["star"], 0))  # type: ignore[arg-type]
-        self.window.click(self.in_row("Blush, rose", ROW["eye"], 0))  # type: ignore[arg-type]
+        self.toggle(self.in_row("Lipstick,", ROW["star"], 0))  # type: ignore[arg-type]
+        self.toggle(self.in_row("Blush, rose", ROW["eye"], 0))  # type: ignore[arg-type]
 
     def reorder(self) -> None:
-        self.window.click(self.in_row("Blush, rose", ROW["eye"], 0))  # type: ignore[arg-type]
+        self.toggle(self.in_row("Blush, rose", ROW["eye"], 0))  # type: ignore[arg-type]
         self.window.click("Blush, rose", LIST)
         self.window.click(self.in_row("Lipstick,", *ROW["up"]))  # type: ignore[misc]
         self.window.click("Lipstick,", LIST)
@@ -266,6 +278,37 @@ class Tutorial:
             self.window.click(text, Box(SIDEBAR.left, place.top - 8, SIDEBAR.width, place.height + 16))
         else:
             self.window.click(self.reach(text))
+
+    def switch(self, text: str) -> None:
+        """Press one of two buttons until it is lit: a busy Blender may not see a click."""
+        for _ in range(3):
+            place = self.reach(text)
+            self.window.click(place)
+            self.window.move(*ASIDE)
+            try:
+                self.until(lambda: self.lit(place), f"{text!r} is not pressed", 40)  # noqa: B023 -- asked at once
+            except MissingError:
+                continue
+            return
+        raise MissingError(f"{text!r} does not stay pressed")
+
+    def lit(self, place: Box) -> bool:
+        """Whether the button of this text has the blue of what is chosen."""
+        red, _, blue = self.window.look().picture.getpixel((place.left - 6, place.centre[1]))  # type: ignore[misc]
+        return blue > 1.5 * red
+
+    def toggle(self, point: tuple[int, int]) -> None:
+        """Click on an icon until it is another one."""
+        around = Box(point[0] - 8, point[1] - 7, 16, 14)
+        self.window.move(*ASIDE)
+        before = self.window.still(10, around)
+        for _ in range(3):
+            self.window.click(point)
+            self.window.move(*ASIDE)
+            self.window.idle()
+            if self.window.changed(before, around, 40):
+                return
+        raise MissingError(f"the icon at {point} stays as it is")
 
     def to_the_top(self) -> None:
         self.window.move(SIDEBAR.centre[0], SIDEBAR.top + 28)  # over the tab, however short it is
