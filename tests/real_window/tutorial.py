@@ -56,7 +56,7 @@ LIPS = (
 ASIDE = (250, 600)
 """Where the mouse rests while a picture is taken, so that no tooltip lies over it."""
 
-ROW = {"add": (190, -4), "up": (190, 69), "star": 132, "eye": 153}
+ROW = {"add": (190, -4), "up": (190, 69), "star": 132, "eye": 153, "selected": 118}
 """From the left end of a layer's name, and the middle of the topmost row, to buttons of the list, in pixels."""
 
 
@@ -196,9 +196,10 @@ class Tutorial:
 
     def reorder(self) -> None:
         self.toggle(self.in_row("Blush, rose", ROW["eye"], 0))  # type: ignore[arg-type]
-        self.window.click("Blush, rose", LIST)
+        self.select("Blush, rose")
         self.window.click(self.in_row("Lipstick,", *ROW["up"]))  # type: ignore[misc]
-        self.window.click("Lipstick,", LIST)
+        self.until(lambda: self.row_of("Blush, rose") < self.row_of("Lipstick,"), "the blush does not move up")
+        self.select("Lipstick,")
 
     def open_the_picker(self) -> None:
         label = self.window.wait("click the swatch", SIDEBAR, PATIENCE)
@@ -279,23 +280,37 @@ class Tutorial:
         else:
             self.window.click(self.reach(text))
 
+    def row_of(self, name: str) -> int:
+        """How far down the screen the row of a layer lies."""
+        return self.window.wait(name, LIST, PATIENCE).top
+
+    def select(self, name: str) -> None:
+        """Click on the row of a layer until it is the blue one."""
+        self.light_up(lambda: self.window.wait(name, LIST, PATIENCE), ROW["selected"])  # type: ignore[arg-type]
+
     def switch(self, text: str) -> None:
-        """Press one of two buttons until it is lit: a busy Blender may not see a click."""
+        """Press one of two buttons until it is the blue one."""
+        self.light_up(lambda: self.reach(text), -6)
+
+    def light_up(self, find: Callable[[], Box], right: int) -> None:
+        """Click on a text until the pixel so far right of its left end has the blue of what is chosen: a busy Blender may not
+        see a click.
+        """
+
+        def lit() -> bool:
+            red, _, blue = self.window.look().picture.getpixel((place.left + right, place.centre[1]))  # type: ignore[misc]
+            return blue > 1.5 * red
+
         for _ in range(3):
-            place = self.reach(text)
+            place = find()
             self.window.click(place)
             self.window.move(*ASIDE)
             try:
-                self.until(lambda: self.lit(place), f"{text!r} is not pressed", 40)  # noqa: B023 -- asked at once
+                self.until(lit, "", 40)
             except MissingError:
                 continue
             return
-        raise MissingError(f"{text!r} does not stay pressed")
-
-    def lit(self, place: Box) -> bool:
-        """Whether the button of this text has the blue of what is chosen."""
-        red, _, blue = self.window.look().picture.getpixel((place.left - 6, place.centre[1]))  # type: ignore[misc]
-        return blue > 1.5 * red
+        raise MissingError(f"what stands at {place} does not stay chosen")
 
     def toggle(self, point: tuple[int, int]) -> None:
         """Click on an icon until it is another one."""

@@ -322,10 +322,15 @@ class Window:
         self.shell(f"xdotool mouseup {button}")
         self.idle()
 
-    def _hover(self, x: int, y: int, seconds: float = 5.0) -> None:
-        """Move onto a widget and wait until it lights up: what a busy Blender has not seen hovered it does not take for pressed."""
+    def _hover(self, x: int, y: int, seconds: float = 12.0) -> None:
+        """Move onto a widget and wait until it lights up: what a busy Blender has not seen hovered it does not take for pressed.
+
+        The mouse moves twice: the first move into a region makes it the active one, the second is the widget's.
+        """
         around = Box(max(0, x - 30), max(0, y - 12), 60, 24)
         before = self.look()
+        self.move(x + 1, y)
+        time.sleep(0.2)
         self.move(x, y)
         self.changed(before, around, seconds)
         self.idle()
