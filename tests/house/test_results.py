@@ -14,10 +14,9 @@ OLDER = {
     "diffusion_heads.md",
     "flat_field.json",
     "live_colours.md",
-    "plan_bound.md",
     "plan_scenes.md",
 }
-"""Results that are older than their code: the diffusion of heads, since its taps follow the surface; the plan's bound, since what it showed of the renderer's own scattering was mended; what scenes get,
+"""Results that are older than their code: the diffusion of heads, since its taps follow the surface; what scenes get,
 until its times are measured; bakes, strokes and a session's start, since their blocks and bands changed and until a quiet
 run; the flat field and live colours, since colour's tables come, the same to the last bit, from a file."""
 
