@@ -24,11 +24,10 @@ class KM_PT_accuracy(MakeupPanel):
             paragraph(layout, measured.sentence(one), "DRIVER_DISTANCE")
         if not found:
             paragraph(layout, "These settings were not measured; press Measure on This Scene.", "QUESTION")
-        paragraph(
-            layout,
-            f"Measured here, {kept.date}" if own else "From the sample head; measure to know it of this scene",
-            "INFO",
-        )
+        elif own:
+            paragraph(layout, f"Measured here, {kept.date}", "INFO")
+        else:
+            paragraph(layout, "From the sample head; measure to know it of this scene", "INFO")
         frame = frame_times.last_frame()
         if frame is None:
             paragraph(layout, "No frame was rendered yet in this session.", "TIME")
