@@ -9,8 +9,7 @@ from km_makeup.steps import Steps, result_of
 
 def counting(closed: list[str]):
     try:
-        for number in range(3):
-            yield number
+        yield from range(3)
         return "done"
     finally:
         closed.append("closed")

@@ -8,7 +8,6 @@ from tests import stamps
 
 OLDER = {
     "bake_scale.md",
-    "bake_speed.md",
     "follow.md",
     "session_speed.md",
     "diffusion_heads.md",
@@ -17,8 +16,7 @@ OLDER = {
     "plan_scenes.md",
 }
 """Results that are older than their code: the diffusion of heads, since its taps follow the surface; what scenes get,
-until its times are measured; bakes, strokes and a session's start, since their blocks and bands changed and until a quiet
-run; the flat field and live colours, since colour's tables come, the same to the last bit, from a file."""
+until its times are measured; large bakes, strokes and a session's start, whose blocks and bands changed, until a quiet run; the flat field and live colours, since colour's tables come, the same to the last bit, from a file."""
 
 
 @pytest.mark.parametrize("file", sorted(stamps.RESULTS.iterdir()), ids=lambda file: file.name)
