@@ -4,8 +4,8 @@
 
 Counted after saving and opening again: data-blocks that makeup added (materials, node groups, images, actions), nodes that
 reach an output of a material or of the compositor, groups opened; image textures among them; passes and AOVs; megabytes of
-the images. Muted nodes and weights of zero count as present. --times also renders each (96 x 72 pixels, 16 samples) and says
-seconds of the processor, which draws EEVEE's pictures too where there is no card: the least of three pictures after a first
+the images. Muted nodes and weights of zero count as present. --times also renders each (96 x 72 pixels, 4 samples) and says
+seconds of the processor, which draws EEVEE's pictures too where there is no card: the lesser of two pictures after a first
 one, which compiles the shaders.
 """
 
@@ -27,7 +27,7 @@ from tests.effects.cases import own_resources
 
 COVERS = ("km_makeup/effects", "tests/effects/counted.py")
 SIZE, MAP = (96, 72), 256
-TIMED_SAMPLES, TIMED_PICTURES = 16, 3
+TIMED_SAMPLES, TIMED_PICTURES = 4, 2
 SKIN_MM = (0.36, 0.1, 0.06)
 
 
