@@ -1,7 +1,8 @@
 """The ten-minute tutorial of README.md, worked in a window of Blender by mouse and keys alone, a picture at every step.
 
     python -m tests.real_window.tutorial --out out/tutorial
-    python -m tests.real_window.tutorial --readme      (also writes sample_blend/tutorial.jpg, README's picture)
+    python -m tests.real_window.tutorial --readme      (also writes sample_blend/tutorial.jpg, README's picture;
+                                                        with --last add_lipstick as soon as its three steps are done)
 
 Exit status: 0 done, 1 a step did not come out (the picture of it is named), 2 bad arguments, 77 no program Blender.
 What the tutorial left in the .blend is read afterwards, without a window (tests/real_window/left.py).
@@ -384,6 +385,8 @@ def worked(steps: type[Tutorial], out: Path, folder: Path, last: str = "") -> tu
     """Work the steps in a window on a copy of the sample, as far as ``last``; the pictures, and that copy."""
     blender = installed.program()
     out.mkdir(parents=True, exist_ok=True)
+    for earlier in out.glob("[0-9][0-9]-*.png"):
+        earlier.unlink()
     blend = Path(shutil.copy(SAMPLE, folder / "tutorial.blend"))
     window = Window(blender, installed.install(blender, folder), [str(blend)])
     tutorial = steps(window, out, folder)
