@@ -18,7 +18,7 @@ from pathlib import Path
 from tests.real_window import installed
 from tests.real_window.dropping import drop
 from tests.real_window.tutorial import CHECKOUT, LIST, MIDDLE, PATIENCE, SIDEBAR, VIEW, Tutorial, worked
-from tests.real_window.window import Box, MissingError
+from tests.real_window.window import SURE, Box, MissingError
 
 LOOK = CHECKOUT / "sample_blend" / "looks" / "day.json"
 LAID = "Lipstick"
@@ -59,7 +59,7 @@ class Dialogs(Tutorial):
 
     def drop_a_look(self) -> None:
         self.drop(LOOK)
-        self.window.wait("Load Look on", seconds=PATIENCE)
+        self.window.wait("Best for This Head", VIEW, PATIENCE)
 
     def take_the_look(self) -> None:
         self.window.key("Return")
@@ -76,7 +76,7 @@ class Dialogs(Tutorial):
 
     def drop_a_map(self) -> None:
         self.drop(sorted(MAP.glob("*.png"))[0])
-        self.window.wait("for Makeup", seconds=PATIENCE)
+        self.window.wait("Exclusion Mask", VIEW, PATIENCE)
 
     def take_the_map(self) -> None:
         self.window.key("Return")
@@ -85,7 +85,7 @@ class Dialogs(Tutorial):
     def propose_landmarks(self) -> None:
         self.open("Regions & Landmarks")
         self.press("Propose")
-        self.window.wait("landmarks", SIDEBAR, PATIENCE)
+        self.gone("Landmarks are proposed", SIDEBAR)
 
     def place_landmarks(self) -> None:
         self.press("Place")
@@ -113,9 +113,10 @@ class Dialogs(Tutorial):
         self.window.wait("In the Scene", seconds=PATIENCE)
 
     def export(self) -> None:
+        self.window.move(800, 450)
         self.window.key("Return")
         folder = self.folder / EXPORTED
-        self.until(lambda: bool(list(folder.glob("*.glb"))), f"no .glb in {folder}")
+        self.until(lambda: bool(list(folder.glob("*.glb"))), f"no .glb in {folder}", 2 * PATIENCE)
 
     # -- ways
 
@@ -125,8 +126,12 @@ class Dialogs(Tutorial):
         self.window.idle(20)
 
     def menu(self, name: str, entry: str) -> None:
+        """An entry of a menu of the window's top bar; the topmost where others begin with the same word."""
         self.window.click(name, MENUS)
-        self.window.click(entry, Box(0, 20, 420, 300), seconds=PATIENCE)
+        opened = Box(0, 24, 420, 300)
+        self.window.wait(entry, opened, PATIENCE)
+        places = self.window.still(10, opened).places(entry, opened, SURE)
+        self.window.click(min((box for _, box in places), key=lambda box: box.top))
 
 
 def main() -> int:
