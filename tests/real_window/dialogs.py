@@ -17,12 +17,15 @@ from pathlib import Path
 
 from tests.real_window import installed
 from tests.real_window.dropping import drop
-from tests.real_window.tutorial import CHECKOUT, LIST, MIDDLE, PATIENCE, SIDEBAR, VIEW, Tutorial, worked
-from tests.real_window.window import SURE, Box, MissingError
+from tests.real_window.tutorial import CHECKOUT, MIDDLE, PATIENCE, SIDEBAR, VIEW, Tutorial, worked
+from tests.real_window.window import Box, MissingError
 
 LOOK = CHECKOUT / "sample_blend" / "looks" / "day.json"
-LAID = "Lipstick"
-"""How the name of that look's topmost layer begins."""
+LAID = "Foundation, fair"
+"""Its layer that is selected once it is loaded, the bottommost."""
+
+LIST = Box(1030, 195, 215, 210)
+"""The list of layers, where a line above it says that solid shading shows no materials."""
 
 MAP = CHECKOUT / "sample_blend" / "looks" / "maps"
 MENUS = Box(0, 0, 400, 26)
@@ -68,7 +71,7 @@ class Dialogs(Tutorial):
     def undo_by_menu(self) -> None:
         self.menu("Edit", "Undo")
         self.window.wait("Blush, rose", LIST, PATIENCE)
-        self.gone(LAID)
+        self.gone(LAID, LIST)
 
     def redo_by_menu(self) -> None:
         self.menu("Edit", "Redo")
@@ -76,6 +79,9 @@ class Dialogs(Tutorial):
 
     def drop_a_map(self) -> None:
         self.drop(sorted(MAP.glob("*.png"))[0])
+        self.window.click(
+            "Use Image for Makeup", VIEW, seconds=PATIENCE
+        )  # Blender offers an empty of its own beside it
         self.window.wait("Exclusion Mask", VIEW, PATIENCE)
 
     def take_the_map(self) -> None:
@@ -105,7 +111,7 @@ class Dialogs(Tutorial):
     def lay_a_region(self) -> None:
         self.window.key("Return")
         self.to_the_top()
-        self.window.wait(LAID, LIST, PATIENCE)
+        self.window.wait("Lipstick,", LIST, PATIENCE)
 
     def open_the_export(self) -> None:
         self.open("Export")
@@ -130,7 +136,7 @@ class Dialogs(Tutorial):
         self.window.click(name, MENUS)
         opened = Box(0, 24, 420, 300)
         self.window.wait(entry, opened, PATIENCE)
-        places = self.window.still(10, opened).places(entry, opened, SURE)
+        places = self.window.still(10, opened).places(entry, opened)
         self.window.click(min((box for _, box in places), key=lambda box: box.top))
 
 

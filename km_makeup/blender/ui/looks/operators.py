@@ -12,7 +12,7 @@ from bpy.props import BoolProperty, EnumProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from ....errors import MakeupError
-from ..base import MakeupOperator, paragraph
+from ..base import CHARACTERS, MakeupOperator, paragraph
 from ..stepping import SteppedOperator
 
 if TYPE_CHECKING:
@@ -28,6 +28,9 @@ MAPS = [
     ("TRANSFER", "Transfer", "Bring the maps over the skin of both heads, by their landmarks"),
     ("PRODUCTS", "Products Only", "Take products, thicknesses and finishes; the maps start empty"),
 ]
+WIDE = 56
+"""Characters of a line in the dialog, which is 360 pixels wide."""
+
 _read: dict[tuple[str, float], Any] = {}
 
 
@@ -67,25 +70,29 @@ class KM_OT_load_look(SteppedOperator, bpy.types.Operator, ImportHelper):
         return super().invoke(context, event)
 
     def draw(self, context: bpy.types.Context) -> None:
+        from ...library import library
         from ...looks import METHODS, choose
 
         layout, obj = self.layout, context.object
+        width = CHARACTERS if context.area is not None and context.area.type == "FILE_BROWSER" else WIDE
         look = _look(self.filepath)
         if isinstance(look, str):
-            paragraph(layout, look, "INFO")
+            paragraph(layout, look, "INFO", width)
             return
+        names = {product.id: product.name for product in look.with_carried(library()).products}
         column = layout.column(align=True)
         column.label(text=look.name, icon="FILE_TEXT")
         for layer in look.layers[::-1]:
-            column.label(text=f"{layer.name or layer.product}, {layer.thickness_um:.3g} µm", icon="BLANK1")
+            name = layer.name or names.get(layer.product, layer.product)
+            column.label(text=f"{name}, {layer.thickness_um:.3g} µm", icon="BLANK1")
         layout.prop(self, "maps")
         if self.maps == "AUTO" and obj is not None and obj.type == "MESH":
             try:
                 choice = choose(obj, look)
             except MakeupError as error:
-                paragraph(layout, str(error), "ERROR")
+                paragraph(layout, str(error), "ERROR", width)
             else:
-                paragraph(layout, f"{METHODS[choice.method][0]}: {choice.reason}.", "INFO")
+                paragraph(layout, f"{METHODS[choice.method][0]}: {choice.reason}.", "INFO", width)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         if bpy.app.background or not self._is_slow(context, _look(self.filepath)):
