@@ -13,7 +13,6 @@ OLDER = {
     "diffusion_heads.md",
     "flat_field.json",
     "live_colours.md",
-    "plan_scenes.md",
 }
 """Results that are older than their code: the diffusion of heads, since its taps follow the surface; what scenes get,
 until its times are measured; large bakes, strokes and a session's start, whose blocks and bands changed, until a quiet run; the flat field and live colours, since colour's tables come, the same to the last bit, from a file."""
