@@ -14,8 +14,7 @@ OLDER = {
     "flat_field.json",
     "live_colours.md",
 }
-"""Results that are older than their code: the diffusion of heads, since its taps follow the surface; what scenes get,
-until its times are measured; large bakes, strokes and a session's start, whose blocks and bands changed, until a quiet run; the flat field and live colours, since colour's tables come, the same to the last bit, from a file."""
+"""Results that are older than their code: the diffusion of heads, since its taps follow the surface; large bakes, strokes and a session's start, whose blocks and bands changed, until a quiet run; the flat field and live colours, since colour's tables come, the same to the last bit, from a file."""
 
 
 @pytest.mark.parametrize("file", sorted(stamps.RESULTS.iterdir()), ids=lambda file: file.name)
