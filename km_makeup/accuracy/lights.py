@@ -38,7 +38,7 @@ def mean_error(errors: Mapping[str, float], shares: Mapping[str, float]) -> floa
 
 
 def _grey(colour: Sequence[float]) -> float:
-    return sum(a * max(b, 0.0) for a, b in zip(GREY, colour, strict=True))
+    return float(sum(a * max(b, 0.0) for a, b in zip(GREY, colour, strict=True)))
 
 
 __all__ = ["KINDS", "light_shares", "mean_error"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from km_makeup.accuracy import kept
@@ -21,6 +22,13 @@ def test_shares_go_by_irradiance_and_solid_angle():
     found = light_shares([lamp(3.0, HARD_SR / 2), lamp(1.0, HARD_SR * 2)], (4 / math.pi,) * 3)
     assert found == pytest.approx({"hard": 3 / 8, "soft": 1 / 8, "world": 4 / 8})
     assert list(found) == list(KINDS)
+
+
+def test_shares_of_numbers_from_numpy_can_be_kept_with_the_head():
+    found = light_shares([], np.full(3, 0.25, np.float32))
+    made = kept.Kept((), shares=found)
+    assert {type(share) for share in found.values()} == {float}
+    assert kept.read_kept(made.as_json(), "a test") == made
 
 
 def test_light_that_is_not_known_counts_as_the_world():
