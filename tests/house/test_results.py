@@ -7,14 +7,11 @@ import pytest
 from tests import stamps
 
 OLDER = {
-    "bake_scale.md",
-    "follow.md",
-    "session_speed.md",
     "diffusion_heads.md",
     "flat_field.json",
     "live_colours.md",
 }
-"""Results that are older than their code: the diffusion of heads, since its taps follow the surface; large bakes, strokes and a session's start, whose blocks and bands changed, until a quiet run; the flat field and live colours, since colour's tables come, the same to the last bit, from a file."""
+"""Results that are older than their code: the diffusion of heads, since its taps follow the surface and lamps give all their light; the flat field and live colours, since colour's tables come, the same to the last bit, from a file."""
 
 
 @pytest.mark.parametrize("file", sorted(stamps.RESULTS.iterdir()), ids=lambda file: file.name)
