@@ -30,7 +30,7 @@ def shared_data() -> Path:
         message = f"no test data in {folder}: put the folder `shared` (heads, spectra, reference) beside the checkout"
         if os.environ.get("CI"):
             pytest.fail(message)
-        pytest.skip(message)
+        pytest.skip(f"NOT TESTED: {message}")
     return folder
 
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import bpy
 
-LOWEST_NEEDED = 2e-3
-"""Thresholds above this one fade lamps that light a face from a metre by more than a hundredth or so; Blender keeps them as 32-bit numbers."""
+HARMLESS = 2e-3
+"""The highest threshold that leaves lamps about a metre from a face nearly all of their light; Blender keeps it as a 32-bit number."""
 
 WHOLE = 1e-4
 """A threshold at which lamps give all of their light."""
@@ -19,7 +19,7 @@ WHOLE = 1e-4
 def fades(scene: bpy.types.Scene) -> bool:
     """Whether EEVEE fades lamps of this scene, or turns them off."""
     return any(obj.type == "LIGHT" and obj.data.type != "SUN" for obj in scene.objects) and not (
-        0 < scene.eevee.light_threshold <= LOWEST_NEEDED * (1 + 1e-6)
+        0 < scene.eevee.light_threshold <= HARMLESS * (1 + 1e-6)
     )
 
 
@@ -31,4 +31,4 @@ def give_all_light(scene: bpy.types.Scene) -> bool:
     return faded
 
 
-__all__ = ["LOWEST_NEEDED", "WHOLE", "fades", "give_all_light"]
+__all__ = ["HARMLESS", "WHOLE", "fades", "give_all_light"]

@@ -63,14 +63,14 @@ def expected(obj: bpy.types.Object, scene: bpy.types.Scene) -> list[Expected]:
     """For the picture and for the diffusion: the rung of the present settings, and the best of the same engine."""
     kept, own = measurement_of(obj)
     settings = current_settings(obj, scene)
+    rungs = [rung for ladder in (PICTURE, DIFFUSION) if (rung := kept.with_setting(ladder, settings))]
+    if not rungs:
+        return []  # without a look at the scene's lamps: a panel asks whenever it is drawn
     scale = light_scale(kept, light_shares(obj, scene))
     found = []
-    for ladder in (PICTURE, DIFFUSION):
-        rung = kept.with_setting(ladder, settings)
-        if rung is None:
-            continue
+    for rung in rungs:
         traced = rung.name.startswith("Cycles")
-        same = [r for r in kept.rungs if r.ladder == ladder and r.name.startswith("Cycles") == traced]
+        same = [r for r in kept.rungs if r.ladder == rung.ladder and r.name.startswith("Cycles") == traced]
         found.append(Expected(rung, min(same, key=lambda r: r.mean), own, 1.0 if traced else scale))
     return found
 

@@ -31,7 +31,7 @@ def test_the_doctor_knows_faded_lamps_and_lamps_turned_off() -> None:
     assert not lamps_finding().good and "fades" in lamps_finding().detail
     scene.eevee.light_threshold = 0.0
     assert not lamps_finding().good and "loses" in lamps_finding().detail
-    scene.eevee.light_threshold = light_threshold.LOWEST_NEEDED
+    scene.eevee.light_threshold = light_threshold.HARMLESS
     assert lamps_finding().good, "what an artist lowered stays as it is"
 
 

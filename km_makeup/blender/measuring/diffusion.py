@@ -73,7 +73,7 @@ def state_rung(stage: Stage, name: str, about: str, make: Callable[[], State], s
             stage.bring(found[0])
 
     def error() -> Finding:
-        stage.all_samples(found[0])
+        stage.render_for_error(found[0])
         stage.take()
         return stage.compare(bounces)
 

@@ -166,7 +166,7 @@ class Stage:
         """From the next state that is brought on, frames are for their time."""
         self._share = (self.timed or self.samples) / self.samples
 
-    def all_samples(self, state: State) -> None:
+    def render_for_error(self, state: State) -> None:
         """Make the picture of a state for its error, where the frame that was rendered last was for its time."""
         if self._share == 1.0:
             return
