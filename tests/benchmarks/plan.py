@@ -15,7 +15,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from km_makeup.effects import make_plan
+from km_makeup.effects import lobes, make_plan, shine, states
 from km_makeup.effects.states import _kept
 from km_makeup.makeup.statistics import statistics
 from tests import stamps
@@ -65,9 +65,11 @@ def main() -> int:
 
     def fresh() -> None:
         _kept.clear()
+        for kept in (states._spectra, lobes.light_of, lobes._peaks, lobes._reflectance, shine._covers):
+            kept.cache_clear()
         make_plan(facts)
 
-    say("a plan of four films", fresh, "30")
+    say("a plan of four films, nothing kept from another", fresh, "30")
     say("the same again, its colours known", lambda: make_plan(facts), "30")
     text = "\n".join([*rows, ""])
     if options.write:
