@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import functools
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from ..errors import MakeupError
 from ..files import write_text
+from .conditions import Conditions, ErrorModel
 from .ladder import Result
-from .lights import mean_error
 
 SHIPPED = Path(__file__).with_name("shipped.json")
-FORMAT = 1
+FORMAT = 2
 
 
 @dataclass(frozen=True)
@@ -32,18 +32,17 @@ class KeptRung:
 
 @dataclass(frozen=True)
 class Kept:
-    """Rungs, what they were measured on, megapixels of a frame, and the light.
+    """Rungs, what they were measured on, megapixels of a frame, and under which conditions.
 
-    ``shares`` of the light by kind, as `lights.light_shares` gives them; ``lights`` the mean CIEDE2000 of EEVEE's picture from
-    Cycles in light of one kind alone, where that was measured (`python -m tests.accuracy.lights`).
+    ``model`` by which the error of EEVEE's pictures changes with them; the shipped measurement has one.
     """
 
     rungs: tuple[KeptRung, ...]
     machine: str = ""
     date: str = ""
     megapixels: float = 0.0
-    shares: Mapping[str, float] = field(default_factory=dict)
-    lights: Mapping[str, float] = field(default_factory=dict)
+    conditions: Conditions = field(default_factory=Conditions)
+    model: ErrorModel | None = None
 
     def with_setting(self, ladder: str, settings: Sequence[str]) -> KeptRung | None:
         """The rung of a ladder that one of the settings in force chooses."""
@@ -63,7 +62,7 @@ class Kept:
 
 
 def keep(
-    results: Sequence[Result], made: dict[str, str], megapixels: float = 0.0, shares: Mapping[str, float] | None = None
+    results: Sequence[Result], made: dict[str, str], megapixels: float = 0.0, conditions: Conditions | None = None
 ) -> Kept:
     """What of a measurement is worth keeping."""
     from .report import fastest
@@ -81,7 +80,7 @@ def keep(
         f"{made.get('processor', '')}, {made.get('cores', '?')} cores",
         made.get("date", ""),
         megapixels,
-        shares or {},
+        conditions or Conditions(),
     )
 
 
@@ -92,16 +91,24 @@ def read_kept(text: str, where: str) -> Kept:
         if content.pop("format") != FORMAT:
             raise KeyError("format")
         rungs = tuple(KeptRung(**one) for one in content.pop("rungs"))
-        return Kept(rungs, **content)
+        conditions, model = content.pop("conditions"), content.pop("model")
+        return Kept(
+            rungs,
+            **content,
+            conditions=Conditions(**conditions),
+            model=ErrorModel(**model) if model else None,
+        )
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise MakeupError(f"{where} holds no measurement ({type(error).__name__}: {error}); measure again.") from None
 
 
-def light_scale(kept: Kept, shares: Mapping[str, float]) -> float:
-    """How many times as far from Cycles EEVEE is in a light as in the one a measurement was made in; 1 where that is not known."""
-    errors = shipped().lights
-    here, there = mean_error(errors, shares), mean_error(errors, kept.shares)
-    return here / there if here > 0 and there > 0 else 1.0
+def error_scale(kept: Kept, here: Conditions) -> float:
+    """How many times as far from Cycles EEVEE is in a scene as where a measurement was made; 1 where that is not known."""
+    model = shipped().model
+    if model is None:
+        return 1.0
+    found, there = model.error(here), model.error(kept.conditions)
+    return found / there if found > 0 and there > 0 else 1.0
 
 
 @functools.cache
@@ -110,4 +117,4 @@ def shipped() -> Kept:
     return read_kept(SHIPPED.read_text(encoding="utf-8"), str(SHIPPED))
 
 
-__all__ = ["Kept", "KeptRung", "keep", "light_scale", "read_kept", "shipped"]
+__all__ = ["Kept", "KeptRung", "error_scale", "keep", "read_kept", "shipped"]

@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
-from ..accuracy import lights
+from ..accuracy import conditions
 from ..effects import Engine, LampFacts, LayerFacts, SceneFacts, SkinFacts, Switch, TextureFacts, ViewFacts
 from ..errors import MakeupError
 from ..makeup import coat
@@ -66,8 +66,22 @@ def thickness_of(obj: bpy.types.Object, index: int) -> float:
     return keyed.greatest(obj, index, "thickness_um", layer.thickness_um)
 
 
+_known: dict[int, SceneFacts] = {}
+"""What each object's last plan was made from, by session_uid."""
+
+
+def facts_known(obj: bpy.types.Object, scene: bpy.types.Scene) -> SceneFacts:
+    """Facts as they were last gathered, for the object's last plan; a panel asks whenever it is drawn."""
+    return _known.get(obj.session_uid) or facts_of(obj, scene)
+
+
 def facts_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> SceneFacts:
     """Facts about the object in its scene; in a window the active layer counts as the one to be painted."""
+    facts = _known[obj.session_uid] = _gathered(obj, scene)
+    return facts
+
+
+def _gathered(obj: bpy.types.Object, scene: bpy.types.Scene) -> SceneFacts:
     makeup = obj.km_makeup
     maps = _maps(obj)
     view = views.view_of(obj, scene)
@@ -190,9 +204,9 @@ def _lamps(obj: bpy.types.Object, scene: bpy.types.Scene, view: ViewFacts) -> tu
 
 
 def light_shares(obj: bpy.types.Object, scene: bpy.types.Scene) -> dict[str, float]:
-    """Shares of the light on the object by kind, as `accuracy.lights` has them."""
+    """Shares of the light on the object by kind, as `accuracy.conditions` has them."""
     lamps, _ = _lamps(obj, scene, ViewFacts(any_view=True))
-    return lights.light_shares(lamps, (0.0, 0.0, 0.0) if _world_is_unknown(scene) else _world(scene))
+    return conditions.light_shares(lamps, (0.0, 0.0, 0.0) if _world_is_unknown(scene) else _world(scene))
 
 
 def _view_dot_half(lamp: bpy.types.Object, place: Vector, eyes: Sequence[Matrix]) -> float:

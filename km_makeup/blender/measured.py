@@ -7,11 +7,13 @@ from dataclasses import dataclass, replace
 
 import bpy
 
-from ..accuracy.kept import Kept, KeptRung, keep, light_scale, read_kept, shipped
+from ..accuracy.conditions import Conditions, reflectance
+from ..accuracy.kept import Kept, KeptRung, error_scale, keep, read_kept, shipped
 from ..accuracy.ladder import Result
 from ..errors import MakeupError
-from .facts import light_shares
+from .facts import facts_known, light_shares
 from .measuring.scene import current_settings
+from .views import view_of
 
 PICTURE, DIFFUSION = "picture", "diffusion"
 BARE = "EEVEE, no makeup"
@@ -32,7 +34,7 @@ def remember(obj: bpy.types.Object, scene: bpy.types.Scene, results: Sequence[Re
     """Keep a measurement on the object; rungs of ladders not measured now stay."""
     size = scene.render.resolution_percentage / 100
     pixels = scene.render.resolution_x * scene.render.resolution_y * size * size
-    new = keep(results, made, pixels / 1e6, light_shares(obj, scene))
+    new = keep(results, made, pixels / 1e6, conditions_of(obj, scene))
     before, own = measurement_of(obj)
     ladders = {rung.ladder for rung in new.rungs}
     old = tuple(rung for rung in before.rungs if own and rung.ladder not in ladders)
@@ -41,11 +43,17 @@ def remember(obj: bpy.types.Object, scene: bpy.types.Scene, results: Sequence[Re
     return kept
 
 
+def conditions_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> Conditions:
+    """What the error of a picture hangs on: the scene as it is, and the head as it was last planned."""
+    facts = facts_known(obj, scene)
+    return Conditions(light_shares(obj, scene), view_of(obj, scene).px_per_mm, reflectance(facts))
+
+
 @dataclass(frozen=True)
 class Expected:
     """What the settings in force are expected to be off by, from rungs that were measured.
 
-    ``scale``: how many times the rungs' error it is in this scene's light; 1 where they were measured in it.
+    ``scale``: how many times the rungs' error it is under this scene's conditions; 1 where they were measured in them.
     """
 
     rung: KeptRung
@@ -66,7 +74,7 @@ def expected(obj: bpy.types.Object, scene: bpy.types.Scene) -> list[Expected]:
     rungs = [rung for ladder in (PICTURE, DIFFUSION) if (rung := kept.with_setting(ladder, settings))]
     if not rungs:
         return []  # without a look at the scene's lamps: a panel asks whenever it is drawn
-    scale = light_scale(kept, light_shares(obj, scene))
+    scale = error_scale(kept, conditions_of(obj, scene))
     found = []
     for rung in rungs:
         traced = rung.name.startswith("Cycles")

@@ -19,8 +19,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from tests import stamps
-from tests.accuracy.lights import LAYERS
-from tests.accuracy.scenes import FRAME_SAMPLES, SAMPLES, Seen, seen
+from tests.accuracy.conditions import LOOKS
+from tests.accuracy.scenes import FAR_SAMPLES, FRAME_SAMPLES, SAMPLES, Seen, seen
 from tests.effects.bound import commit_seed
 from tests.effects.cases import ROOT, Case, Stage, draw, own_resources
 
@@ -52,7 +52,7 @@ def main() -> int:
         print(line(case, row), file=sys.stderr, flush=True)
         if options.log:
             with options.log.open("a", encoding="utf-8") as file:
-                file.write(json.dumps({"case": case.number, "what": str(case)} | row._asdict()) + "\n")
+                file.write(json.dumps({"case": case.number, "what": str(case)} | row.as_row()) + "\n")
     text = report(rows, seed)
     print(text)
     if options.write:
@@ -67,7 +67,7 @@ def unseen() -> list[str]:
     from km_makeup.products import Library
 
     worn = {layer["product"] for layer in json.loads(LOOK.read_text(encoding="utf-8"))["layers"]}
-    worn |= {layer.product for layer in LAYERS}
+    worn |= {layer.product for layers in LOOKS.values() for layer in layers}
     return [product.id for product in Library.shipped().products if product.id not in worn]
 
 
@@ -108,7 +108,7 @@ def report(rows: list[tuple[Case, Seen]], seed: int) -> str:
     ratios = [ratio(row) for _, row in rows]
     outside = [case.number for case, row in rows if not within(row)]
     summary = (
-        f"\n{len(rows)} scenes drawn by seed {seed}; EEVEE at {FRAME_SAMPLES} samples, Cycles at {SAMPLES}. Expected over measured: "
+        f"\n{len(rows)} scenes drawn by seed {seed}; EEVEE at {FRAME_SAMPLES} samples, Cycles at {SAMPLES}, {FAR_SAMPLES} where the head is small. Expected over measured: "
         f"median {statistics.median(ratios):.2f}, {min(ratios):.2f} to {max(ratios):.2f}. Not within a factor of {FACTOR:g}: "
         f"{', '.join(map(str, outside)) or 'none'}.\n"
     )

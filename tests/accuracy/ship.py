@@ -3,7 +3,7 @@
     python -m km_makeup accuracy sample_blend/head.blend --look sample_blend/looks/evening.json --out accuracy
     python -m tests.accuracy.ship accuracy [FURTHER FOLDERS, of ladders that were measured apart]
 
-Writes km_makeup/accuracy/shipped.json (what the panel shows until a scene was measured; what `tests.accuracy.lights` wrote there
+Writes km_makeup/accuracy/shipped.json (what the panel shows until a scene was measured; what `tests.accuracy.conditions` wrote there
 stays), km_makeup/effects/calibration.json (what the plan takes effects to cost until then), two plots beside the sample head and
 the tables between the marks in README.md.
 """
@@ -63,7 +63,7 @@ def main() -> int:
             if (folder / f"{name}.svg").is_file():
                 (ROOT / "sample_blend" / f"accuracy-{name}.svg").write_bytes((folder / f"{name}.svg").read_bytes())
     before = read_kept(SHIPPED.read_text(encoding="utf-8"), str(SHIPPED))
-    replace(kept_of(content), shares=before.shares, lights=before.lights).write(SHIPPED)
+    replace(kept_of(content), conditions=before.conditions, model=before.model).write(SHIPPED)
     for folder in options.folders:
         ship_costs(folder / COSTS)
     text = README.read_text(encoding="utf-8")

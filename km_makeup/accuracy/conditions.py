@@ -1,0 +1,102 @@
+"""What the error of a picture of a head hangs on, as far as it can be told without a reference: its light, its scale, how bright it is.
+
+EEVEE misses Cycles by light that skin gives to skin, by shadows and by light of the world where it does not reach. Light from
+skin to skin is in proportion to how much the surface sends back; the share of each kind of light, how large the head is in
+the picture and how bright it is are known before anything is rendered.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..effects import LampFacts, SceneFacts
+from ..effects.states import states_of
+
+HARD, SOFT, WORLD = KINDS = ("hard", "soft", "world")
+HARD_SR = 0.01
+"""Lamps of a smaller solid angle count as hard: an edge of their shadow is narrower than a tenth of what stands off."""
+
+GREY = (0.2126, 0.7152, 0.0722)
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """Shares of the light by kind, pixels per mm on the nearest skin, luminous reflectance of the head as made up (0..1)."""
+
+    shares: Mapping[str, float] = field(default_factory=dict)
+    px_per_mm: float = 0.0
+    reflectance: float = 0.0
+
+
+@dataclass(frozen=True)
+class ErrorModel:
+    """Mean CIEDE2000 of EEVEE's picture from Cycles by conditions, fitted (`python -m tests.accuracy.conditions`).
+
+    ``lights`` by kind of light: (on a surface that sends nothing back, on one that sends all back) at 1 pixel per mm; between
+    them it is a straight line, and in mixed light the mean by share. It goes with the ``power`` of pixels per mm inside
+    ``scales``, the least and the most it was fitted at, and stays beyond them.
+    """
+
+    lights: Mapping[str, Sequence[float]]
+    power: float
+    scales: Sequence[float]
+
+    def error(self, where: Conditions) -> float:
+        """Expected mean CIEDE2000; NaN in the dark, without a scale, or where a kind of light is not known."""
+        shares = {kind: share for kind, share in where.shares.items() if share > 0}
+        if not shares or where.px_per_mm <= 0 or not set(shares) <= set(self.lights):
+            return math.nan
+        bright = min(max(where.reflectance, 0.0), 1.0)
+        ends = {kind: self.lights[kind] for kind in shares}
+        mixed = sum(share * ((1 - bright) * ends[kind][0] + bright * ends[kind][1]) for kind, share in shares.items())
+        scale = min(max(where.px_per_mm, self.scales[0]), self.scales[1])
+        return float(mixed * scale**self.power)
+
+
+def light_shares(lamps: Sequence[LampFacts], world: Sequence[float]) -> dict[str, float]:
+    """Shares of the irradiance on skin that faces each light, by kind; all 0 where it is dark.
+
+    Parameters: the lamps; ``world`` its radiance, RGB, which irradiates skin that faces it by pi times as much.
+    """
+    found = dict.fromkeys(KINDS, 0.0)
+    found[WORLD] = math.pi * _grey(world)
+    for lamp in lamps:
+        found[WORLD if not lamp.real else HARD if lamp.solid_angle < HARD_SR else SOFT] += _grey(lamp.irradiance)
+    total = sum(found.values())
+    return {kind: value / total for kind, value in found.items()} if total > 0 else found
+
+
+def reflectance(facts: SceneFacts) -> float:
+    """Luminous reflectance of the head as made up, the mean by area: layers painted as thick as they get where they are.
+
+    Where layers meet is taken by chance from what each covers: it is a mean over the head that is asked for.
+    """
+    skin = _grey(facts.skin.colours[0])
+    worn = [i for i, one in enumerate(facts.layers) if one.enabled and one.map_max > 0 and one.coat is not None]
+    states = states_of(facts, worn) if worn else None
+    if states is None:
+        return skin
+    weights = np.array(
+        [
+            math.prod(
+                facts.layers[i].coverage if i in members else 1 - facts.layers[i].coverage
+                for i in worn
+            )
+            for members in states.sets
+        ]
+    )  # fmt: skip
+    total = weights.sum()
+    if total <= 0:  # every layer covers all, and that all meet was too much to look at
+        return _grey(states.colours[-1, 0])
+    return float(weights / total @ (states.colours[:, 0] @ np.array(GREY)))
+
+
+def _grey(colour: Sequence[float]) -> float:
+    return float(sum(a * max(b, 0.0) for a, b in zip(GREY, colour, strict=True)))
+
+
+__all__ = ["KINDS", "Conditions", "ErrorModel", "light_shares", "reflectance"]

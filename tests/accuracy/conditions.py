@@ -1,0 +1,146 @@
+"""How far EEVEE is from Cycles on the sample head by light, scale and brightness: what the panel scales its expectation by.
+
+    python -m tests.accuracy.conditions [--log FILE] [--ship]
+
+Prints the mean CIEDE2000, freed of the reference's grain, of the planned picture by look, light and view, and the model of
+`accuracy.conditions` that fits these best as ratios. --ship writes it into the extension's measurement, with the conditions of the
+sample head's close-up under the look that its ladders are measured with.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import statistics
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from km_makeup.accuracy.conditions import KINDS, Conditions, ErrorModel
+from km_makeup.accuracy.kept import SHIPPED, read_kept
+from tests.accuracy.scenes import Seen, seen
+from tests.effects import cases
+
+LADDER_SIZE = (120, 150)
+HEAD = cases.ROOT / "sample_blend" / "head.blend"
+LOOKS = {
+    "day": (
+        cases.Painted("foundation-medium", 10.0, "all", 1),
+        cases.Painted("blush-rose", 4.0, "blobs", 2),
+        cases.Painted("lipstick-classic-red", 8.0, "blobs", 3),
+    ),
+    "pale": (cases.Painted("foundation-fair", 30.0, "all", 1),),
+    "dark": (cases.Painted("brow-brown", 20.0, "all", 1),),
+}
+"""Of products that `tests.accuracy.predicted` does not use; the last two hide the skin, bright and dark."""
+
+VIEWS = (("close-up", 1.0), ("front", 1.0), ("three-quarter", 6.0))
+"""Views, and how many times farther than usual the camera is."""
+
+FEW = ("sun", "studio", "world")
+"""Lights of the two looks that hide the skin; the first look is seen in all."""
+
+POWERS = np.arange(0.0, 0.61, 0.01)
+
+
+def main() -> int:
+    """Render, print."""
+    parser = argparse.ArgumentParser(prog="python -m tests.accuracy.conditions", description=__doc__.splitlines()[0])
+    parser.add_argument(
+        "--log", type=Path, help="also append a line of JSON a picture to this file; what it has is not rendered"
+    )
+    parser.add_argument("--ship", action="store_true", help="write what is found into the extension")
+    options = parser.parse_args()
+    cases.own_resources()
+    cases.HEADS["sample"] = (HEAD, None)
+    known = {}
+    if options.log and options.log.exists():
+        for text in options.log.read_text(encoding="utf-8").splitlines():
+            row = json.loads(text)
+            name = row.pop("name")
+            known[name] = Seen(**row | {"conditions": Conditions(**row["conditions"])})
+    rows = []
+    with tempfile.TemporaryDirectory(prefix="km_makeup-conditions-") as folder:
+        stage = cases.Stage("sample", Path(folder))
+        own = own_conditions(stage)
+        for name, case in calibration_cases():
+            row = known.get(name) or seen(stage, case)
+            rows.append(row)
+            print(line(name, row), flush=True)
+            if options.log and name not in known:
+                with options.log.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps({"name": name} | row.as_row()) + "\n")
+    model = fitted(rows)
+    print(f"power of pixels per mm {model.power:.2f}, {model.scales[0]:.2f} to {model.scales[1]:.2f}")
+    for kind, (black, white) in model.lights.items():
+        print(f"{kind}: {black:.2f} on a black surface, {white:.2f} on a white one, at 1 pixel per mm")
+    off = [model.error(row.conditions) / row.measured for row in rows]
+    print(
+        f"model over measured: {min(off):.2f} to {max(off):.2f}, median {statistics.median(off):.2f}, {len(rows)} pictures"
+    )
+    print(f"the sample head's own: {own}")
+    if options.ship:
+        kept = read_kept(SHIPPED.read_text(encoding="utf-8"), str(SHIPPED))
+        replace(kept, model=model, conditions=own).write(SHIPPED)
+    return 0
+
+
+def calibration_cases() -> Iterator[tuple[str, cases.Case]]:
+    """The pictures that the model is fitted to."""
+    for look, layers in LOOKS.items():
+        for light in cases.LIGHTS if look == "day" else FEW:
+            for view, away in VIEWS:
+                case = cases.Case(0, "sample", view, away, light, layers, "eevee", "LIVE", "CLOSURES", "LOBES")
+                yield f"{look}, {light}, {view} x{away:g}", case
+
+
+def own_conditions(stage: cases.Stage) -> Conditions:
+    """Those of the file's close-up under the look and at the size that its ladders are measured with."""
+    import bpy
+
+    from km_makeup.blender import looks
+    from km_makeup.blender.measured import conditions_of
+    from km_makeup.makeup import Look
+
+    scene, obj = bpy.context.scene, stage.obj
+    looks.apply_look(obj, Look.load(cases.ROOT / "sample_blend" / "looks" / "evening.json"))
+    scene.camera = bpy.data.objects["close-up"]
+    scene.render.resolution_x, scene.render.resolution_y = LADDER_SIZE
+    found = conditions_of(obj, scene)
+    return Conditions(
+        {kind: round(share, 3) for kind, share in found.shares.items()},
+        round(found.px_per_mm, 3),
+        round(found.reflectance, 3),
+    )
+
+
+def fitted(rows: Sequence[Seen]) -> ErrorModel:
+    """The model, none of its errors negative, that is nearest to what was measured, as ratios."""
+    from scipy.optimize import nnls
+
+    measured = np.array([row.measured for row in rows])
+    scale = np.array([row.conditions.px_per_mm for row in rows])
+    bright = np.array([row.conditions.reflectance for row in rows])[:, None]
+    shares = np.array([[row.conditions.shares[kind] for kind in KINDS] for row in rows])
+    parts = np.concatenate([shares * (1 - bright), shares * bright], axis=1)
+    fits = [(power, *nnls(parts * (scale**power / measured)[:, None], np.ones(len(rows)))) for power in POWERS]
+    power, found, _ = min(fits, key=lambda fit: fit[2])
+    ends = {
+        kind: (round(float(a), 3), round(float(b), 3)) for kind, a, b in zip(KINDS, found[:3], found[3:], strict=True)
+    }
+    return ErrorModel(ends, round(float(power), 2), (round(float(scale.min()), 3), round(float(scale.max()), 3)))
+
+
+def line(name: str, row: Seen) -> str:
+    """A picture in words."""
+    where = row.conditions
+    shares = ", ".join(f"{kind} {share:.2f}" for kind, share in where.shares.items())
+    return f"{name:32s} {row.measured:.2f} (grain {row.grain:.2f}); {shares}; {where.px_per_mm:.2f} px/mm; {where.reflectance:.2f}"
+
+
+if __name__ == "__main__":
+    sys.exit(main())
