@@ -1,8 +1,9 @@
-"""What the error of a picture of a head hangs on, as far as it can be told without a reference: its light, its scale, how bright it is.
+"""What the error of a picture of a head hangs on, as far as it can be told without a reference: light, scale, how bright, how bare.
 
-EEVEE misses Cycles by light that skin gives to skin, by shadows and by light of the world where it does not reach. Light from
-skin to skin is in proportion to how much the surface sends back; the share of each kind of light, how large the head is in
-the picture and how bright it is are known before anything is rendered.
+EEVEE misses Cycles by light that skin gives to skin, in proportion to how much the surface sends back; by how light spreads
+inside skin, where films let it in; by shadows and by light of the world where it does not reach. The share of each kind of
+light, how large the head is in the picture, how bright it is and how much of what it sends back comes from the skin are
+known before anything is rendered.
 """
 
 from __future__ import annotations
@@ -25,20 +26,22 @@ GREY = (0.2126, 0.7152, 0.0722)
 
 @dataclass(frozen=True)
 class Conditions:
-    """Shares of the light by kind, pixels per mm on the nearest skin, luminous reflectance of the head as made up (0..1)."""
+    """Shares of the light by kind; pixels per mm on the nearest skin; of the head as made up, luminous reflectance (0..1) and the
+    share of it, ``from_skin`` (0..1), that went through the films into the skin and back."""
 
     shares: Mapping[str, float] = field(default_factory=dict)
     px_per_mm: float = 0.0
     reflectance: float = 0.0
+    from_skin: float = 0.0
 
 
 @dataclass(frozen=True)
 class ErrorModel:
     """Mean CIEDE2000 of EEVEE's picture from Cycles by conditions, fitted (`python -m tests.accuracy.conditions`).
 
-    ``lights`` by kind of light: (on a surface that sends nothing back, on one that sends all back) at 1 pixel per mm; between
-    them it is a straight line, and in mixed light the mean by share. It goes with the ``power`` of pixels per mm inside
-    ``scales``, the least and the most it was fitted at, and stays beyond them.
+    ``lights`` by kind of light, at 1 pixel per mm: a black surface's, what is added by reflectance 1, what is added where all light
+    comes from the skin; in mixed light the mean by share. It goes with the ``power`` of pixels per mm inside ``scales``, the
+    least and the most it was fitted at, and stays beyond them.
     """
 
     lights: Mapping[str, Sequence[float]]
@@ -50,11 +53,15 @@ class ErrorModel:
         shares = {kind: share for kind, share in where.shares.items() if share > 0}
         if not shares or where.px_per_mm <= 0 or not set(shares) <= set(self.lights):
             return math.nan
-        bright = min(max(where.reflectance, 0.0), 1.0)
-        ends = {kind: self.lights[kind] for kind in shares}
-        mixed = sum(share * ((1 - bright) * ends[kind][0] + bright * ends[kind][1]) for kind, share in shares.items())
+        parts = parts_of(where)
+        mixed = sum(share * float(np.dot(self.lights[kind], parts)) for kind, share in shares.items())
         scale = min(max(where.px_per_mm, self.scales[0]), self.scales[1])
         return float(mixed * scale**self.power)
+
+
+def parts_of(where: Conditions) -> tuple[float, float, float]:
+    """What a model's three numbers of a kind of light are multiplied by."""
+    return 1.0, where.reflectance, where.from_skin
 
 
 def light_shares(lamps: Sequence[LampFacts], world: Sequence[float]) -> dict[str, float]:
@@ -70,33 +77,30 @@ def light_shares(lamps: Sequence[LampFacts], world: Sequence[float]) -> dict[str
     return {kind: value / total for kind, value in found.items()} if total > 0 else found
 
 
-def reflectance(facts: SceneFacts) -> float:
-    """Luminous reflectance of the head as made up, the mean by area: layers painted as thick as they get where they are.
+def brightness(facts: SceneFacts) -> tuple[float, float]:
+    """Luminous reflectance of the head as made up, and the share of it that comes from the skin; by area.
 
-    Where layers meet is taken by chance from what each covers: it is a mean over the head that is asked for.
+    Layers count as painted as thick as they get where they are, and where they meet is taken by chance from what each
+    covers: it is a mean over the head that is asked for.
     """
-    skin = _grey(facts.skin.colours[0])
     worn = [i for i, one in enumerate(facts.layers) if one.enabled and one.map_max > 0 and one.coat is not None]
     states = states_of(facts, worn) if worn else None
     if states is None:
-        return skin
+        return _grey(facts.skin.colours[0]), 1.0
+    covers = {i: facts.layers[i].coverage for i in worn}
     weights = np.array(
-        [
-            math.prod(
-                facts.layers[i].coverage if i in members else 1 - facts.layers[i].coverage
-                for i in worn
-            )
-            for members in states.sets
-        ]
-    )  # fmt: skip
-    total = weights.sum()
-    if total <= 0:  # every layer covers all, and that all meet was too much to look at
-        return _grey(states.colours[-1, 0])
-    return float(weights / total @ (states.colours[:, 0] @ np.array(GREY)))
+        [math.prod(covers[i] if i in members else 1 - covers[i] for i in worn) for members in states.sets]
+    )
+    if not weights.any():  # all meet everywhere, and that was one set too many to be looked at
+        weights[-1] = 1
+    weights /= weights.sum()
+    whole = float(weights @ states.colours[:, 0] @ np.array(GREY))
+    of_films = float(weights @ states.R @ np.array(GREY))
+    return whole, 1 - of_films / max(whole, 1e-6)
 
 
 def _grey(colour: Sequence[float]) -> float:
     return float(sum(a * max(b, 0.0) for a, b in zip(GREY, colour, strict=True)))
 
 
-__all__ = ["KINDS", "Conditions", "ErrorModel", "light_shares", "reflectance"]
+__all__ = ["KINDS", "Conditions", "ErrorModel", "brightness", "light_shares", "parts_of"]

@@ -38,8 +38,8 @@ def examine() -> list[Finding]:
 
 
 def examine_scene(scene: bpy.types.Scene) -> list[Finding]:
-    """Examine what in a scene makes pictures of a head slow without need, or dark."""
-    return [_lamps(scene), _shadows(scene)]
+    """Examine what in a scene makes pictures of a head slow without need, dark, or of another colour in the other engine."""
+    return [_lamps(scene), _shadows(scene), _skin(scene)]
 
 
 def _lamps(scene: bpy.types.Scene) -> Finding:
@@ -66,6 +66,38 @@ def _shadows(scene: bpy.types.Scene) -> Finding:
         "times the time of a picture. Where no shadow is wanted, as of a cornea or tears, turn off Object › Visibility "
         "› Ray Visibility › Shadow, or Material › Settings › Transparent Shadows where the shadow may be solid.",
     )
+
+
+def _skin(scene: bpy.types.Scene) -> Finding:
+    found = anisotropic_skins(scene)
+    if not found:
+        return Finding("skin", True, "scatters light in both engines alike")
+    named = ", ".join(f"{obj} (material {material})" for obj, material in found)
+    return Finding(
+        "skin",
+        False,
+        f"{named}: Subsurface Anisotropy is above 0, which EEVEE does not know and with which Cycles draws the skin redder than its "
+        "texture and grainier; set it to 0 where pictures of both are to agree.",
+    )
+
+
+def anisotropic_skins(scene: bpy.types.Scene) -> list[tuple[str, str]]:
+    """Objects and materials whose Principled shader scatters light under the surface, and more forward than back."""
+    return [
+        (obj.name, slot.material.name)
+        for obj in scene.objects
+        if obj.type in DRAWN and not obj.hide_render
+        for slot in obj.material_slots
+        if slot.material and slot.material.node_tree and any(map(_is_anisotropic, slot.material.node_tree.nodes))
+    ]
+
+
+def _is_anisotropic(node: bpy.types.Node) -> bool:
+    if node.bl_idname != "ShaderNodeBsdfPrincipled":
+        return False
+    weight, anisotropy = node.inputs["Subsurface Weight"], node.inputs.get("Subsurface Anisotropy")
+    scatters = weight.is_linked or weight.default_value > 0
+    return anisotropy is not None and scatters and (anisotropy.is_linked or anisotropy.default_value > 0)
 
 
 def shadows_of_clear_surfaces(scene: bpy.types.Scene) -> list[tuple[str, str]]:

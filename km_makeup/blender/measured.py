@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import bpy
 
-from ..accuracy.conditions import Conditions, reflectance
+from ..accuracy.conditions import Conditions, brightness
 from ..accuracy.kept import Kept, KeptRung, error_scale, keep, read_kept, shipped
 from ..accuracy.ladder import Result
 from ..errors import MakeupError
@@ -46,7 +46,7 @@ def remember(obj: bpy.types.Object, scene: bpy.types.Scene, results: Sequence[Re
 def conditions_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> Conditions:
     """What the error of a picture hangs on: the scene as it is, and the head as it was last planned."""
     facts = facts_known(obj, scene)
-    return Conditions(light_shares(obj, scene), view_of(obj, scene).px_per_mm, reflectance(facts))
+    return Conditions(light_shares(obj, scene), view_of(obj, scene).px_per_mm, *brightness(facts))
 
 
 @dataclass(frozen=True)

@@ -65,7 +65,7 @@ def skin(albedo: bpy.types.Image, detail: bpy.types.Image) -> bpy.types.Material
         "Subsurface Radius": SUBSURFACE_RADIUS,
         "Subsurface Scale": SUBSURFACE_SCALE,
         "Subsurface IOR": SKIN_IOR,
-        "Subsurface Anisotropy": 0.8,
+        "Subsurface Anisotropy": 0.0,
     }
     for name, value in values.items():
         shader.inputs[name].default_value = value

@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from km_makeup.accuracy.conditions import KINDS, Conditions, ErrorModel
+from km_makeup.accuracy.conditions import KINDS, Conditions, ErrorModel, parts_of
 from km_makeup.accuracy.kept import SHIPPED, read_kept
 from tests.accuracy.scenes import Seen, seen
 from tests.effects import cases
@@ -35,14 +35,15 @@ LOOKS = {
     ),
     "pale": (cases.Painted("foundation-fair", 30.0, "all", 1),),
     "dark": (cases.Painted("brow-brown", 20.0, "all", 1),),
+    "bare": (cases.Painted("foundation-medium", 0.01, "all", 1),),
 }
-"""Of products that `tests.accuracy.predicted` does not use; the last two hide the skin, bright and dark."""
+"""Of products that `tests.accuracy.predicted` does not use: a usual one, two that hide the skin, bright and dark, and next to none."""
 
 VIEWS = (("close-up", 1.0), ("front", 1.0), ("three-quarter", 6.0))
 """Views, and how many times farther than usual the camera is."""
 
 FEW = ("sun", "studio", "world")
-"""Lights of the two looks that hide the skin; the first look is seen in all."""
+"""Lights of the other looks; the first is seen in all."""
 
 POWERS = np.arange(0.0, 0.61, 0.01)
 
@@ -76,8 +77,10 @@ def main() -> int:
                     file.write(json.dumps({"name": name} | row.as_row()) + "\n")
     model = fitted(rows)
     print(f"power of pixels per mm {model.power:.2f}, {model.scales[0]:.2f} to {model.scales[1]:.2f}")
-    for kind, (black, white) in model.lights.items():
-        print(f"{kind}: {black:.2f} on a black surface, {white:.2f} on a white one, at 1 pixel per mm")
+    for kind, (black, white, skin) in model.lights.items():
+        print(
+            f"{kind}: {black:.2f} on a black surface at 1 pixel per mm, {white:.2f} more by reflectance 1, {skin:.2f} more from skin"
+        )
     off = [model.error(row.conditions) / row.measured for row in rows]
     print(
         f"model over measured: {min(off):.2f} to {max(off):.2f}, median {statistics.median(off):.2f}, {len(rows)} pictures"
@@ -115,6 +118,7 @@ def own_conditions(stage: cases.Stage) -> Conditions:
         {kind: round(share, 3) for kind, share in found.shares.items()},
         round(found.px_per_mm, 3),
         round(found.reflectance, 3),
+        round(found.from_skin, 3),
     )
 
 
@@ -124,13 +128,14 @@ def fitted(rows: Sequence[Seen]) -> ErrorModel:
 
     measured = np.array([row.measured for row in rows])
     scale = np.array([row.conditions.px_per_mm for row in rows])
-    bright = np.array([row.conditions.reflectance for row in rows])[:, None]
     shares = np.array([[row.conditions.shares[kind] for kind in KINDS] for row in rows])
-    parts = np.concatenate([shares * (1 - bright), shares * bright], axis=1)
+    parts = np.array([parts_of(row.conditions) for row in rows])
+    parts = (shares[:, :, None] * parts[:, None]).reshape(len(rows), -1)
     fits = [(power, *nnls(parts * (scale**power / measured)[:, None], np.ones(len(rows)))) for power in POWERS]
     power, found, _ = min(fits, key=lambda fit: fit[2])
     ends = {
-        kind: (round(float(a), 3), round(float(b), 3)) for kind, a, b in zip(KINDS, found[:3], found[3:], strict=True)
+        kind: tuple(round(float(one), 3) for one in three)
+        for kind, three in zip(KINDS, found.reshape(3, 3), strict=True)
     }
     return ErrorModel(ends, round(float(power), 2), (round(float(scale.min()), 3), round(float(scale.max()), 3)))
 
@@ -139,7 +144,7 @@ def line(name: str, row: Seen) -> str:
     """A picture in words."""
     where = row.conditions
     shares = ", ".join(f"{kind} {share:.2f}" for kind, share in where.shares.items())
-    return f"{name:32s} {row.measured:.2f} (grain {row.grain:.2f}); {shares}; {where.px_per_mm:.2f} px/mm; {where.reflectance:.2f}"
+    return f"{name:32s} {row.measured:.2f} (grain {row.grain:.2f}); {shares}; {where.px_per_mm:.2f} px/mm; reflectance {where.reflectance:.2f}, {where.from_skin:.2f} of it from skin"
 
 
 if __name__ == "__main__":

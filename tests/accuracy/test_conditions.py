@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from km_makeup.accuracy import kept
-from km_makeup.accuracy.conditions import HARD_SR, KINDS, Conditions, ErrorModel, light_shares, reflectance
+from km_makeup.accuracy.conditions import HARD_SR, KINDS, Conditions, ErrorModel, brightness, light_shares
 from km_makeup.effects import LampFacts
 from tests.effects import scenes
 
-MODEL = ErrorModel({"hard": (0.0, 1.0), "soft": (1.0, 3.0), "world": (5.0, 5.0)}, 0.5, (0.0625, 1.0))
+MODEL = ErrorModel({"hard": (0.0, 1.0, 2.0), "soft": (1.0, 2.0, 0.0), "world": (5.0, 0.0, 0.0)}, 0.5, (0.0625, 1.0))
 
 
 def lamp(watts: float, solid_angle: float, real: bool = True) -> LampFacts:
@@ -47,7 +47,7 @@ def test_darkness_has_no_shares_and_no_expectation():
 
 def test_the_error_is_the_mean_by_light_and_brightness_and_goes_with_the_scale_as_far_as_it_was_measured():
     mixed = {"hard": 0.5, "soft": 0.25, "world": 0.25}
-    assert MODEL.error(Conditions(mixed, 1.0, 0.5)) == pytest.approx(0.5 * 0.5 + 0.25 * 2 + 0.25 * 5)
+    assert MODEL.error(Conditions(mixed, 1.0, 0.5, 0.1)) == pytest.approx(0.5 * 0.7 + 0.25 * 2 + 0.25 * 5)
     assert MODEL.error(Conditions({"soft": 1.0}, 0.25, 0.0)) == pytest.approx(0.5)
     assert MODEL.error(Conditions({"soft": 1.0}, 9.0, 0.0)) == 1
     assert MODEL.error(Conditions({"soft": 1.0}, 0.01, 0.0)) == pytest.approx(0.25)
@@ -66,13 +66,16 @@ def test_an_expectation_follows_the_conditions(monkeypatch):
     assert kept.error_scale(made, Conditions()) == 1
 
 
-def test_how_bright_a_head_is_goes_by_what_is_painted_and_where():
-    bare = reflectance(scenes.scene())
-    assert bare == pytest.approx(np.dot(scenes.scene().skin.colours[0], (0.2126, 0.7152, 0.0722)))
+def test_how_bright_a_head_is_and_how_bare_goes_by_what_is_painted_and_where():
+    bare, of_skin = brightness(scenes.scene())
+    assert bare == pytest.approx(np.dot(scenes.scene().skin.colours[0], (0.2126, 0.7152, 0.0722))) and of_skin == 1
     liner = scenes.film("eyeliner-black", 30)
-    all_over, half = (reflectance(scenes.scene(replace(liner, coverage=share))) for share in (1.0, 0.5))
-    assert all_over < 0.2 * bare
+    (all_over, little), (half, _) = (brightness(scenes.scene(replace(liner, coverage=share))) for share in (1.0, 0.5))
+    assert all_over < 0.2 * bare and little < 0.1
     assert half == pytest.approx((all_over + bare) / 2)
-    assert reflectance(scenes.scene(replace(liner, coverage=1.0, enabled=False))) == pytest.approx(bare)
+    assert brightness(scenes.scene(replace(liner, coverage=1.0, enabled=False))) == (bare, 1)
     both = replace(liner, coverage=0.5), replace(scenes.film("foundation-fair", 60), coverage=0.5)
-    assert all_over < reflectance(scenes.scene(*both)) < bare + 0.5
+    found, from_skin = brightness(scenes.scene(*both))
+    assert all_over < found < bare + 0.5 and 0.25 < from_skin < 1
+    thin, see_through = brightness(scenes.scene(replace(scenes.film("foundation-fair", 0.5), coverage=1.0)))
+    assert thin == pytest.approx(bare, rel=0.1) and 0.5 < see_through < 1
