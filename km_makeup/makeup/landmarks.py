@@ -208,6 +208,9 @@ LEAST_SURE = 0.53
 LEVELS = ((16, 6, 4.0), (12, 4, 2.0), (9, 3, 1.0))
 """Half width of the window, search to every side (mm), smoothing (mm)."""
 
+LIP_MM = (6.5, 14.0)
+"""Either border of the lips' red lies so far from the line where they meet (Farkas 1994: 8-9 mm above and 9-10 mm below on average)."""
+
 VIEW_LOW, VIEW_HIGH = np.array([-90.0, -125.0]), np.array([90.0, 80.0])
 
 
@@ -237,6 +240,8 @@ def _matched(local: Surface, heights: dict[str, float]) -> dict[str, NDArray]:
     shown = _blurred(_without_pits(target))
     moved = _by_features(pattern, shown, target, home[:, :2], names, heights)
     pattern, shown = _detail(pattern), _detail(shown)
+    top = names.index("lip_top")
+    heights = heights | {"lip_top": _upper_border(pattern, shown, target, home[top, :2], moved[top], heights["lip_line"])}
     bow = heights["lip_top"] - face.landmarks["lip_top"][1]
     for window, search, smoothing in LEVELS:
         found, sure = np.empty_like(moved), np.empty(len(names))
@@ -255,6 +260,18 @@ def _matched(local: Surface, heights: dict[str, float]) -> dict[str, NDArray]:
     for side in "LR":
         points[f"ear.{side}"] = face.landmarks[f"ear.{side}"]
     return points
+
+
+def _upper_border(
+    pattern: NDArray, shown: NDArray, view: Frontal, home: NDArray, guess: NDArray, line: float
+) -> float:
+    """Height of the upper border of the lips: where the normals are most like those around the pattern's.
+
+    The profile alone does not say it: the border lies anywhere from the bump of the lip to the hollow above.
+    """
+    window, search, _ = LEVELS[0]
+    place, _ = _best_place(pattern, shown, view, home, guess, window, search)
+    return line + float(np.clip(place[1] - line, *LIP_MM))
 
 
 def _by_features(
@@ -423,7 +440,7 @@ def _read_profile(local: Surface) -> dict[str, float]:
         at.append(int(pointers[at[-1]]))
     heights = {"nose_tip": float(y[tip])}
     heights |= {name: float(y[k]) for (name, *_), k in zip(PROFILE, reversed(at[:-1]))}
-    return heights | _lip_borders(y, z, heights)
+    return heights | _lower_border(y, z, heights)
 
 
 def _bend(z: NDArray, length: float) -> NDArray:
@@ -433,19 +450,15 @@ def _bend(z: NDArray, length: float) -> NDArray:
     return 0.5 * (padded[2 * n :] + padded[: -2 * n]) - z
 
 
-def _lip_borders(y: NDArray, z: NDArray, heights: dict[str, float]) -> dict[str, float]:
-    """The borders of the lips' red: above the upper bump; below the lower one, where the profile falls back most.
-
-    Both within 6.5 to 14 mm of the line where the lips meet (Farkas 1994: 8-9 mm and 9-10 mm on average).
-    """
+def _lower_border(y: NDArray, z: NDArray, heights: dict[str, float]) -> dict[str, float]:
+    """The lower border of the lips' red: below the lower bump, where the profile falls back most."""
     line = heights["lip_line"]
-    upper = np.clip(1.5 * (heights["upper lip"] - line), 6.5, 10.5)
     between = (y < heights["lower lip"] - 1) & (y > heights["below lip"])
     lower = 9.0
     if between.any():
         fall = np.where(between, np.gradient(z), -np.inf)
-        lower = np.clip(line - y[np.argmax(fall)], 6.5, 14.0)
-    return {"lip_top": float(line + upper), "lip_bottom": float(line - lower)}
+        lower = np.clip(line - y[np.argmax(fall)], *LIP_MM)
+    return {"lip_bottom": float(line - lower)}
 
 
 def _profiled(local: Surface, points: dict[str, NDArray], heights: dict[str, float]) -> dict[str, NDArray]:

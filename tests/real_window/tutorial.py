@@ -222,7 +222,7 @@ class Tutorial:
         self.window.move(500, 400)
         self.window.key("ctrl+s")
         self.window.wait("modified image", VIEW, PATIENCE)  # Blender asks whether the painted images go along
-        self.window.key("Return")
+        self.answer("Save", "modified image")
 
     def bake(self) -> None:
         self.open("Colour & Bake")
@@ -256,6 +256,21 @@ class Tutorial:
         self.window.wait("Set Up Makeup", SIDEBAR, PATIENCE)
 
     # -- widgets
+
+    def answer(self, button: str, text: str) -> None:
+        """Click on a button of a dialog that holds a text until the dialog is gone: a busy Blender may not see a click."""
+        for _ in range(3):
+            self.window.move(*ASIDE)
+            place = self.window.still(10, VIEW).find(text, VIEW)
+            if place is None:
+                return
+            self.window.click(button, Box(place.left - 80, place.top + 15, 480, 80), seconds=PATIENCE)
+            try:
+                self.gone(text, VIEW, 40)
+            except MissingError:
+                continue
+            return
+        raise MissingError(f"the dialog with {text!r} stays open")
 
     def gone(self, text: str, within: Box = LIST, seconds: float = PATIENCE) -> None:
         """Wait until a text is no longer there."""

@@ -340,6 +340,7 @@ class Window:
         self.move(*points[0])
         self.idle()
         self.shell(f"xdotool mousedown {button}")
+        self.idle(8)  # a stroke begins where the mouse is when Blender sees the button, not where it was pressed
         for x, y in points[1:]:
             time.sleep(pause)
             self.move(x, y)

@@ -13,6 +13,11 @@ SAMPLE = Path(__file__).resolve().parents[2] / "sample_blend"
 CHROMOPHORES = SAMPLE.parents[1] / "shared" / "spectra" / "chromophores"
 sys.path.insert(0, str(SAMPLE))
 
+from km_makeup.makeup.correspondence import Head  # noqa: E402
+from km_makeup.makeup.landmarks import propose  # noqa: E402
+from km_makeup.makeup.regions import Region, laid_on_pattern, masks  # noqa: E402
+from km_makeup.makeup.surface import Surface  # noqa: E402
+
 from head import anatomy, atlas, ear, fields, hair, maps, mesh, textures, wrap  # noqa: E402
 
 
@@ -60,6 +65,20 @@ def test_the_committed_blend_has_what_other_people_rely_on(blend):
     assert {"front", "three-quarter", "close-up", "lips", "eye"} <= set(blend.data.objects.keys())
     assert all(image.packed_file for image in blend.data.images if image.source == "FILE")
     assert (SAMPLE / "head.blend").stat().st_size < 10e6
+
+
+def test_the_region_of_the_lips_reaches_their_border(whole, tile):
+    """On the red of the lips and nowhere else; the corners are left out, where a proposal may be a millimetre off."""
+    triangles = [(f[0], f[k], f[k + 1]) for f in whole.faces for k in range(1, len(f) - 1)]
+    uv = [(c[0], c[k], c[k + 1]) for c in whole.corner_uv for k in range(1, len(c) - 1)]
+    surface = Surface(whole.vertices, np.array(triangles), np.array(uv))
+    lips = Head(surface, propose(surface).points)
+    (mask,) = masks([Region.LIPS], laid_on_pattern(lips, tile.covered.shape))
+    laid, ring = mask[::-1] > 0.5, tile.rings["mouth"]
+    middle = tile.covered & (np.abs(tile.position[..., 0]) < 18)
+    red, skin = middle & (ring >= 1) & (ring < 1.9), middle & (ring < 0.9)
+    assert laid[red].mean() > 0.93
+    assert (laid & skin).sum() < 0.01 * red.sum()
 
 
 @pytest.mark.slow
