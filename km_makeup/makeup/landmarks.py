@@ -241,7 +241,9 @@ def _matched(local: Surface, heights: dict[str, float]) -> dict[str, NDArray]:
     moved = _by_features(pattern, shown, target, home[:, :2], names, heights)
     pattern, shown = _detail(pattern), _detail(shown)
     top = names.index("lip_top")
-    heights = heights | {"lip_top": _upper_border(pattern, shown, target, home[top, :2], moved[top], heights["lip_line"])}
+    heights = heights | {
+        "lip_top": _upper_border(pattern, shown, target, home[top, :2], moved[top], heights["lip_line"])
+    }
     bow = heights["lip_top"] - face.landmarks["lip_top"][1]
     for window, search, smoothing in LEVELS:
         found, sure = np.empty_like(moved), np.empty(len(names))
@@ -262,9 +264,7 @@ def _matched(local: Surface, heights: dict[str, float]) -> dict[str, NDArray]:
     return points
 
 
-def _upper_border(
-    pattern: NDArray, shown: NDArray, view: Frontal, home: NDArray, guess: NDArray, line: float
-) -> float:
+def _upper_border(pattern: NDArray, shown: NDArray, view: Frontal, home: NDArray, guess: NDArray, line: float) -> float:
     """Height of the upper border of the lips: where the normals are most like those around the pattern's.
 
     The profile alone does not say it: the border lies anywhere from the bump of the lip to the hollow above.

@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from km_makeup.makeup.correspondence import Head
+from km_makeup.makeup.landmarks import propose
+from km_makeup.makeup.regions import Region, laid_on_pattern, masks
+from km_makeup.makeup.surface import Surface
+
 SAMPLE = Path(__file__).resolve().parents[2] / "sample_blend"
 CHROMOPHORES = SAMPLE.parents[1] / "shared" / "spectra" / "chromophores"
 sys.path.insert(0, str(SAMPLE))
-
-from km_makeup.makeup.correspondence import Head  # noqa: E402
-from km_makeup.makeup.landmarks import propose  # noqa: E402
-from km_makeup.makeup.regions import Region, laid_on_pattern, masks  # noqa: E402
-from km_makeup.makeup.surface import Surface  # noqa: E402
 
 from head import anatomy, atlas, ear, fields, hair, maps, mesh, textures, wrap  # noqa: E402
 
