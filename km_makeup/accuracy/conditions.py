@@ -1,7 +1,7 @@
-"""What the error of a picture of a head hangs on, as far as it can be told without a reference: light, scale, how bright, how bare.
+"""What the error of a picture of a head hangs on, as far as it can be told without a reference: light, scale, how bright, bare and hollow.
 
-EEVEE misses Cycles by light that skin gives to skin, in proportion to how much the surface sends back; by how light spreads
-inside skin, where films let it in; by shadows and by light of the world where it does not reach. The share of each kind of
+EEVEE misses Cycles by light that skin gives to skin, in proportion to how much the surface sends back and to how much skin faces
+skin; by how light spreads inside skin, where films let it in; by light of the world where it does not reach. The share of each kind of
 light, how large the head is in the picture, how bright it is and how much of what it sends back comes from the skin are
 known before anything is rendered.
 """
@@ -27,20 +27,22 @@ GREY = (0.2126, 0.7152, 0.0722)
 @dataclass(frozen=True)
 class Conditions:
     """Shares of the light by kind; pixels per mm on the nearest skin; of the head as made up, luminous reflectance (0..1) and the
-    share of it, ``from_skin`` (0..1), that went through the films into the skin and back."""
+    share of it, ``from_skin`` (0..1), that went through the films into the skin and back; ``occlusion`` (0..1), the share of the
+    directions above the skin that the head itself blocks, in the mean over the picture."""
 
     shares: Mapping[str, float] = field(default_factory=dict)
     px_per_mm: float = 0.0
     reflectance: float = 0.0
     from_skin: float = 0.0
+    occlusion: float = 0.0
 
 
 @dataclass(frozen=True)
 class ErrorModel:
     """Mean CIEDE2000 of EEVEE's picture from Cycles by conditions, fitted (`python -m tests.accuracy.conditions`).
 
-    ``lights`` by kind of light, at 1 pixel per mm: a black surface's, what is added by reflectance 1, what is added where all light
-    comes from the skin; in mixed light the mean by share. It goes with the ``power`` of pixels per mm inside ``scales``, the
+    ``lights`` by kind of light, at 1 pixel per mm: a convex head's, what is added where all light comes from the skin,
+    what is added by occlusion 1 on a black surface, and to that on a white one; in mixed light the mean by share. It goes with the ``power`` of pixels per mm inside ``scales``, the
     least and the most it was fitted at, and stays beyond them.
     """
 
@@ -59,9 +61,9 @@ class ErrorModel:
         return float(mixed * scale**self.power)
 
 
-def parts_of(where: Conditions) -> tuple[float, float, float]:
-    """What a model's three numbers of a kind of light are multiplied by."""
-    return 1.0, where.reflectance, where.from_skin
+def parts_of(where: Conditions) -> tuple[float, float, float, float]:
+    """What a model's four numbers of a kind of light are multiplied by."""
+    return 1.0, where.from_skin, where.occlusion, where.occlusion * where.reflectance
 
 
 def light_shares(lamps: Sequence[LampFacts], world: Sequence[float]) -> dict[str, float]:

@@ -13,6 +13,7 @@ from ..accuracy.ladder import Result
 from ..errors import MakeupError
 from .facts import facts_known, light_shares
 from .measuring.scene import current_settings
+from .occlusion import occlusion_of
 from .views import view_of
 
 PICTURE, DIFFUSION = "picture", "diffusion"
@@ -46,7 +47,9 @@ def remember(obj: bpy.types.Object, scene: bpy.types.Scene, results: Sequence[Re
 def conditions_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> Conditions:
     """What the error of a picture hangs on: the scene as it is, and the head as it was last planned."""
     facts = facts_known(obj, scene)
-    return Conditions(light_shares(obj, scene), view_of(obj, scene).px_per_mm, *brightness(facts))
+    return Conditions(
+        light_shares(obj, scene), view_of(obj, scene).px_per_mm, *brightness(facts), occlusion_of(obj, scene)
+    )
 
 
 @dataclass(frozen=True)

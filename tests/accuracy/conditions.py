@@ -1,4 +1,6 @@
-"""How far EEVEE is from Cycles on the sample head by light, scale and brightness: what the panel scales its expectation by.
+"""How far EEVEE is from Cycles on the sample head and on a ball by light, scale and brightness: what the panel scales its expectation by.
+
+A head gives itself light, a ball does not.
 
     python -m tests.accuracy.conditions [--log FILE] [--ship]
 
@@ -35,9 +37,15 @@ LOOKS = {
     ),
     "pale": (cases.Painted("foundation-fair", 30.0, "all", 1),),
     "dark": (cases.Painted("brow-brown", 20.0, "all", 1),),
+    "gloss": (cases.Painted("lipstick-classic-red", 10.0, "all", 1),),
     "bare": (cases.Painted("foundation-medium", 0.01, "all", 1),),
 }
-"""Of products that `tests.accuracy.predicted` does not use: a usual one, two that hide the skin, bright and dark, and next to none."""
+"""Of products that `tests.accuracy.predicted` does not use: a usual one, two that hide the skin, bright and dark, a glossy one and next to none."""
+
+SHAPES = {"sample": tuple(LOOKS), "ball": ("pale", "dark", "bare")}
+"""What is worn by each shape."""
+
+BALL_MM = 110.0
 
 VIEWS = (("close-up", 1.0), ("front", 1.0), ("three-quarter", 6.0))
 """Views, and how many times farther than usual the camera is."""
@@ -66,9 +74,12 @@ def main() -> int:
             known[name] = Seen(**row | {"conditions": Conditions(**row["conditions"])})
     rows = []
     with tempfile.TemporaryDirectory(prefix="km_makeup-conditions-") as folder:
-        stage = cases.Stage("sample", Path(folder))
-        own = own_conditions(stage)
+        cases.HEADS["ball"] = (ball(Path(folder)), None)
+        own = own_conditions(cases.Stage("sample", Path(folder)))
+        stage, head = None, ""
         for name, case in calibration_cases():
+            if name not in known and case.head != head:
+                stage, head = cases.Stage(case.head, Path(folder)), case.head
             row = known.get(name) or seen(stage, case)
             rows.append(row)
             print(line(name, row), flush=True)
@@ -77,9 +88,9 @@ def main() -> int:
                     file.write(json.dumps({"name": name} | row.as_row()) + "\n")
     model = fitted(rows)
     print(f"power of pixels per mm {model.power:.2f}, {model.scales[0]:.2f} to {model.scales[1]:.2f}")
-    for kind, (black, white, skin) in model.lights.items():
+    for kind, (convex, skin, hollow, bright) in model.lights.items():
         print(
-            f"{kind}: {black:.2f} on a black surface at 1 pixel per mm, {white:.2f} more by reflectance 1, {skin:.2f} more from skin"
+            f"{kind}: {convex:.2f} at 1 pixel per mm, {skin:.2f} more from skin, by occlusion {hollow:.2f} + {bright:.2f} x reflectance"
         )
     off = [model.error(row.conditions) / row.measured for row in rows]
     print(
@@ -94,11 +105,30 @@ def main() -> int:
 
 def calibration_cases() -> Iterator[tuple[str, cases.Case]]:
     """The pictures that the model is fitted to."""
-    for look, layers in LOOKS.items():
-        for light in cases.LIGHTS if look == "day" else FEW:
-            for view, away in VIEWS:
-                case = cases.Case(0, "sample", view, away, light, layers, "eevee", "LIVE", "CLOSURES", "LOBES")
-                yield f"{look}, {light}, {view} x{away:g}", case
+    for shape, looks in SHAPES.items():
+        for look in looks:
+            for light in cases.LIGHTS if look == "day" else FEW:
+                for view, away in VIEWS:
+                    case = cases.Case(0, shape, view, away, light, LOOKS[look], "eevee", "LIVE", "CLOSURES", "LOBES")
+                    yield f"{shape}, {look}, {light}, {view} x{away:g}", case
+
+
+def ball(folder: Path) -> Path:
+    """A ball as large as a face, as a file."""
+    rings, sectors = 48, 96
+    turn, rise = np.meshgrid(np.linspace(0, 2 * np.pi, sectors + 1), np.linspace(0, np.pi, rings + 1))
+    places = (
+        BALL_MM / 1000 * np.stack([np.sin(rise) * np.sin(turn), np.cos(rise), np.sin(rise) * np.cos(turn)], axis=-1)
+    )
+    uv = np.stack([turn / (2 * np.pi), 1 - rise / np.pi], axis=-1)
+    number = 1 + np.arange(places[..., 0].size).reshape(rings + 1, sectors + 1)
+    corners = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1).reshape(-1, 4)
+    lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in places.reshape(-1, 3)]
+    lines += [f"vt {u:.6f} {v:.6f}" for u, v in uv.reshape(-1, 2)]
+    lines += ["s 1", *("f " + " ".join(f"{one}/{one}" for one in face) for face in corners)]
+    path = folder / "ball.obj"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
 
 
 def own_conditions(stage: cases.Stage) -> Conditions:
@@ -119,6 +149,7 @@ def own_conditions(stage: cases.Stage) -> Conditions:
         round(found.px_per_mm, 3),
         round(found.reflectance, 3),
         round(found.from_skin, 3),
+        round(found.occlusion, 3),
     )
 
 
@@ -135,7 +166,7 @@ def fitted(rows: Sequence[Seen]) -> ErrorModel:
     power, found, _ = min(fits, key=lambda fit: fit[2])
     ends = {
         kind: tuple(round(float(one), 3) for one in three)
-        for kind, three in zip(KINDS, found.reshape(3, 3), strict=True)
+        for kind, three in zip(KINDS, found.reshape(len(KINDS), -1), strict=True)
     }
     return ErrorModel(ends, round(float(power), 2), (round(float(scale.min()), 3), round(float(scale.max()), 3)))
 
@@ -144,7 +175,7 @@ def line(name: str, row: Seen) -> str:
     """A picture in words."""
     where = row.conditions
     shares = ", ".join(f"{kind} {share:.2f}" for kind, share in where.shares.items())
-    return f"{name:32s} {row.measured:.2f} (grain {row.grain:.2f}); {shares}; {where.px_per_mm:.2f} px/mm; reflectance {where.reflectance:.2f}, {where.from_skin:.2f} of it from skin"
+    return f"{name:32s} {row.measured:.2f} (grain {row.grain:.2f}); {shares}; {where.px_per_mm:.2f} px/mm; reflectance {where.reflectance:.2f}, {where.from_skin:.2f} of it from skin; occlusion {where.occlusion:.2f}"
 
 
 if __name__ == "__main__":
