@@ -65,7 +65,7 @@ class Dialogs(Tutorial):
         self.window.wait("Best for This Head", VIEW, PATIENCE)
 
     def take_the_look(self) -> None:
-        self.window.key("Return")
+        self.answer("Load Look")
         self.window.wait(LAID, LIST, PATIENCE)
 
     def undo_by_menu(self) -> None:
@@ -85,7 +85,7 @@ class Dialogs(Tutorial):
         self.window.wait("Exclusion Mask", VIEW, PATIENCE)
 
     def take_the_map(self) -> None:
-        self.window.key("Return")
+        self.answer("Load")
         self.window.idle(20)
 
     def propose_landmarks(self) -> None:
@@ -109,7 +109,7 @@ class Dialogs(Tutorial):
         self.window.wait("Over the Brows", seconds=PATIENCE)
 
     def lay_a_region(self) -> None:
-        self.window.key("Return")
+        self.answer("Lay Region")
         self.to_the_top()
         self.window.wait("Lipstick,", LIST, PATIENCE)
 
@@ -119,8 +119,7 @@ class Dialogs(Tutorial):
         self.window.wait("In the Scene", seconds=PATIENCE)
 
     def export(self) -> None:
-        self.window.move(800, 450)
-        self.window.key("Return")
+        self.answer("Export Look")
         folder = self.folder / EXPORTED
         self.until(lambda: bool(list(folder.glob("*.glb"))), f"no .glb in {folder}", 2 * PATIENCE)
 

@@ -28,6 +28,7 @@ SAMPLE = CHECKOUT / "sample_blend" / "head.blend"
 VIEW, SIDEBAR = Box(0, 70, 1020, 660), Box(1020, 70, 270, 670)
 OUTLINER = Box(1330, 60, 180, 110)
 PROPERTIES = Box(1350, 200, 250, 560)
+DIALOGS = Box(0, 70, 1330, 660)
 RENDER_TAB, OBJECT_TAB = (1332, 270), (1332, 424)
 """The icons of two tabs of the properties editor."""
 
@@ -222,7 +223,7 @@ class Tutorial:
         self.window.move(500, 400)
         self.window.key("ctrl+s")
         self.window.wait("modified image", VIEW, PATIENCE)  # Blender asks whether the painted images go along
-        self.answer("Save", "modified image")
+        self.answer("Save")
 
     def bake(self) -> None:
         self.open("Colour & Bake")
@@ -239,15 +240,14 @@ class Tutorial:
         self.open("Looks")
         self.press("Save Look")
         self.window.look().picture.save(self.out / "save-dialog.png")
-        self.window.move(800, 450)
-        self.window.key("Return")
+        self.answer("Save Look")
 
     def load_the_look(self) -> None:
         self.press("Load Look")
         self.window.move(800, 450)
         self.window.click("tutorial.json")
         self.window.look().picture.save(self.out / "load-dialog.png")
-        self.window.key("Return")
+        self.answer("Load Look")
 
     def remove(self) -> None:
         self.to_the_top()
@@ -257,20 +257,19 @@ class Tutorial:
 
     # -- widgets
 
-    def answer(self, button: str, text: str) -> None:
-        """Click on a button of a dialog that holds a text until the dialog is gone: a busy Blender may not see a click."""
+    def answer(self, button: str) -> None:
+        """Click on the button beside Cancel until the dialog is gone: a busy Blender may lose a click."""
         for _ in range(3):
+            cancel = self.window.wait("Cancel", DIALOGS, PATIENCE)
+            row = Box(max(0, cancel.left - 250), cancel.top - 10, 500, cancel.height + 20)
+            self.window.click(button, row, seconds=PATIENCE)
             self.window.move(*ASIDE)
-            place = self.window.still(10, VIEW).find(text, VIEW)
-            if place is None:
-                return
-            self.window.click(button, Box(place.left - 80, place.top + 15, 480, 80), seconds=PATIENCE)
             try:
-                self.gone(text, VIEW, 40)
+                self.gone("Cancel", DIALOGS, 40)
             except MissingError:
                 continue
             return
-        raise MissingError(f"the dialog with {text!r} stays open")
+        raise MissingError(f"the dialog with the button {button!r} stays open")
 
     def gone(self, text: str, within: Box = LIST, seconds: float = PATIENCE) -> None:
         """Wait until a text is no longer there."""

@@ -114,7 +114,7 @@ class KM_OT_region(MakeupOperator, bpy.types.Operator):
     brows: BoolProperty(name="Over the Brows", description="Whether the whole face includes the eyebrows", default=True)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> Any:
-        return context.window_manager.invoke_props_dialog(self)
+        return context.window_manager.invoke_props_dialog(self, confirm_text="Lay Region")
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout

@@ -65,7 +65,7 @@ class KM_OT_load_look(SteppedOperator, bpy.types.Operator, ImportHelper):
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> Any:
         if self.filepath:  # dropped onto the 3D view
             return context.window_manager.invoke_props_dialog(
-                self, width=360, title=f"Load Look on {context.object.name}"
+                self, width=360, title=f"Load Look on {context.object.name}", confirm_text="Load Look"
             )
         return super().invoke(context, event)
 
