@@ -102,12 +102,23 @@ def read_kept(text: str, where: str) -> Kept:
         raise MakeupError(f"{where} holds no measurement ({type(error).__name__}: {error}); measure again.") from None
 
 
+PLANNED = "plan 0.5"
+"""The setting that the model's pictures were rendered with."""
+
+
 def error_scale(kept: Kept, here: Conditions) -> float:
-    """How many times as far from Cycles EEVEE is in a scene as where a measurement was made; 1 where that is not known."""
+    """How many times as far from Cycles EEVEE is in a scene as where a measurement was made; 1 where that is not known.
+
+    The shipped measurement's scale takes its planned picture to what the model expects here, which is fitted to many
+    pictures; that of a head's own measurement is the model's between here and there.
+    """
     model = shipped().model
     if model is None:
         return 1.0
     found, there = model.error(here), model.error(kept.conditions)
+    planned = kept.with_setting("picture", [PLANNED])
+    if kept.model is not None and planned is not None:
+        there = planned.mean
     return found / there if found > 0 and there > 0 else 1.0
 
 

@@ -13,7 +13,9 @@ from km_makeup.accuracy.conditions import HARD_SR, KINDS, Conditions, ErrorModel
 from km_makeup.effects import LampFacts
 from tests.effects import scenes
 
-MODEL = ErrorModel({"hard": (0.0, 1.0, 2.0), "soft": (1.0, 2.0, 0.0), "world": (5.0, 0.0, 0.0)}, 0.5, (0.0625, 1.0))
+MODEL = ErrorModel(
+    {"hard": (0.0, 2.0, 10.0, 5.0), "soft": (1.0, 0.0, 0.0, 20.0), "world": (5.0, 0.0, 0.0, 0.0)}, 0.5, (0.0625, 1.0)
+)
 
 
 def lamp(watts: float, solid_angle: float, real: bool = True) -> LampFacts:
@@ -47,7 +49,7 @@ def test_darkness_has_no_shares_and_no_expectation():
 
 def test_the_error_is_the_mean_by_light_and_brightness_and_goes_with_the_scale_as_far_as_it_was_measured():
     mixed = {"hard": 0.5, "soft": 0.25, "world": 0.25}
-    assert MODEL.error(Conditions(mixed, 1.0, 0.5, 0.1)) == pytest.approx(0.5 * 0.7 + 0.25 * 2 + 0.25 * 5)
+    assert MODEL.error(Conditions(mixed, 1.0, 0.5, 0.1, 0.1)) == pytest.approx(0.5 * 1.45 + 0.25 * 2 + 0.25 * 5)
     assert MODEL.error(Conditions({"soft": 1.0}, 0.25, 0.0)) == pytest.approx(0.5)
     assert MODEL.error(Conditions({"soft": 1.0}, 9.0, 0.0)) == 1
     assert MODEL.error(Conditions({"soft": 1.0}, 0.01, 0.0)) == pytest.approx(0.25)
@@ -57,13 +59,17 @@ def test_the_error_is_the_mean_by_light_and_brightness_and_goes_with_the_scale_a
 
 def test_an_expectation_follows_the_conditions(monkeypatch):
     monkeypatch.setattr(kept, "shipped", lambda: kept.Kept((), model=MODEL))
-    there = Conditions({"soft": 1.0}, 1.0, 0.5)
+    there = Conditions({"soft": 1.0}, 1.0, 0.5, 0.5, 0.1)
     made = kept.Kept((), conditions=there)
     assert kept.error_scale(made, replace(there, shares={"world": 1.0})) == pytest.approx(2.5)
     assert kept.error_scale(made, replace(there, px_per_mm=0.25)) == pytest.approx(0.5)
     assert kept.error_scale(made, there) == 1
     assert kept.error_scale(kept.Kept(()), there) == 1, "a measurement without its conditions is taken as it is"
     assert kept.error_scale(made, Conditions()) == 1
+    planned = kept.KeptRung("picture", "EEVEE, plan 0.5", kept.PLANNED, 0.8, 1.0, 1.0, 1.0)
+    assert kept.error_scale(replace(made, rungs=(planned,)), there) == 1, "a head's own measurement is taken as it was"
+    common = kept.error_scale(replace(made, rungs=(planned,), model=MODEL), there)
+    assert common * planned.mean == pytest.approx(MODEL.error(there)), "the shipped one by many pictures"
 
 
 def test_how_bright_a_head_is_and_how_bare_goes_by_what_is_painted_and_where():
