@@ -87,6 +87,40 @@ def test_another_engine_plans_again_once_and_for_all_heads(both):
         assert targets == ({"EEVEE", "CYCLES"} if both else {"ALL"})
 
 
+def test_what_was_painted_is_planned_for_when_the_brush_rests(monkeypatch):
+    from km_makeup.blender import images, makeup, scene_follow
+
+    head, other = two_heads()
+    layer, clock = head.km_makeup.layers[0], [100.0]
+    layer.map.pixels.foreach_set(np.tile(np.array([0, 0, 0, 1], np.float32), layer.map.size[0] * layer.map.size[1]))
+    images.forget_statistics(layer.map)
+    makeup.refresh(head)
+    assert not makeup.planned(head).effect("film:0").on
+    bpy.context.view_layer.objects.active = head
+    bpy.ops.object.mode_set(mode="TEXTURE_PAINT")
+    monkeypatch.setattr(scene_follow.time, "monotonic", lambda: clock[0])
+    before = makeup.planned(other)
+    layer.map.pixels.foreach_set(np.ones(4 * layer.map.size[0] * layer.map.size[1], np.float32))
+    layer.map.update()
+    layer.map.update_tag()
+    bpy.context.view_layer.update()
+    assert bpy.app.timers.is_registered(scene_follow.at_rest), "Blender tells of the stroke"
+    bpy.app.timers.unregister(scene_follow.at_rest)
+    clock[0] += scene_follow.REST / 2
+    assert scene_follow.at_rest() == pytest.approx(scene_follow.REST / 2)
+    assert not makeup.planned(head).effect("film:0").on
+    clock[0] += scene_follow.REST
+    built: list = []
+    monkeypatch.setattr(makeup, "refresh", lambda obj, *a, build=makeup.refresh: built.append(obj) or build(obj, *a))
+    assert scene_follow.at_rest() is None
+    assert makeup.planned(head).effect("film:0").on and built == [head] and makeup.planned(other) is before
+    layer.map.update_tag()
+    bpy.context.view_layer.update()
+    bpy.app.timers.unregister(scene_follow.at_rest)
+    clock[0] += 2 * scene_follow.REST
+    assert scene_follow.at_rest() is None and built == [head], "nothing is another now, so nothing is built"
+
+
 def test_blender_tells_of_engine_and_lamps_and_objects_are_looked_through_for_nothing_else(monkeypatch):
     from km_makeup.blender import scene_follow
 
