@@ -131,7 +131,7 @@ def tables(content: dict) -> str:
 
 
 def _short(value: float) -> str:
-    return f"{value:.3f}".lstrip("0") if 0 < value < 1 else f"{value:.2g}"
+    return f"{value:.3f}".lstrip("0") if 0 < value < 1 else f"{value:.3g}"
 
 
 if __name__ == "__main__":
