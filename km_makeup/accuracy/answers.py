@@ -20,7 +20,8 @@ def answer(result: Result) -> str:
     good = [r for r in result.rungs if r.error.p99 <= visible]
     best = min(result.rungs, key=lambda r: (r.error.mean, r.times.later))
     if not good:
-        return f"No way here keeps 99 % of the errors below {visible:g} {unit}; the nearest, {best.name}, has {best.error.p99:.2f}."
+        near = min(result.rungs, key=lambda r: r.error.p99)
+        return f"No way here keeps 99 % of the errors below {visible:g} {unit}; the nearest, {near.name}, has {near.error.p99:.2f}."
     quick = min(good, key=lambda r: r.times.later)
     text = (
         f"Use {quick.name}: 99 % of its errors are below {_short(quick.error.p99)} {unit} (visible from {visible:g}), and no way that good is "
@@ -30,7 +31,8 @@ def answer(result: Result) -> str:
         return text + " It is also the most accurate."
     times = about(best.times.later / quick.times.later)
     return (
-        text + f" The most accurate, {best.name} (99 %: {_short(best.error.p99)}), takes {times} times as long as that."
+        text
+        + f" The most accurate in the mean, {best.name} ({_least(best.error.mean)}), takes {times} times as long as that."
     )
 
 
@@ -43,12 +45,21 @@ def _short(error: float) -> str:
     return f"{error:.2f}" if error >= 0.005 else "0.005"
 
 
+def _least(error: float) -> str:
+    return f"{error:.2f}" if error >= 0.005 else "less than 0.005"
+
+
+def _no_other(one: Measured, other: Measured) -> bool:
+    """Whether two times differ by less than they scatter."""
+    return abs(one.times.later - other.times.later) <= one.times.spread + other.times.spread
+
+
 def in_short(results: Sequence[Result]) -> list[tuple[str, str]]:
     """Questions with their answers; for those whose ladder was not measured, how it is."""
     by_name = {result.ladder.name: result for result in results if result.rungs}
     found = []
     for name, question, tell in QUESTIONS:
-        missing = "Not measured here: name a head, as in km_makeup accuracy head.blend." if name in OF_A_HEAD else ""
+        missing = "Not in this run; km_makeup accuracy HEAD.blend measures it." if name in OF_A_HEAD else ""
         text = tell(by_name) if name in by_name else missing
         if text:
             found.append((question, text))
@@ -83,8 +94,19 @@ def how_many_bands(results: Results) -> str:
     )
     single = _rung(result, f"{most} bands, float32")
     quick = f", {about(single.times.later / rung.times.later)} in single precision" if single else ""
+    alike = [
+        (int(m[1]), r)
+        for r in result.rungs
+        if (m := re.fullmatch(r"(\d+) fitted bands, float32", r.name)) and r.times.later <= 1.05 * rung.times.later
+    ]
+    more, better = max(alike, key=lambda one: one[0], default=(0, rung))
+    instead = (
+        f" In single precision {more} take no longer, and 99 % of the errors are below {_short(better.error.p99)}: use these."
+        if more > count
+        else ""
+    )
     return (
-        f"{count}, with fitted weights: 99 % of the errors are below {rung.error.p99:.2f}, the largest is {rung.error.max:.2f}.{safe}{before} "
+        f"{count} are enough, with fitted weights: 99 % of the errors are below {rung.error.p99:.2f}, the largest is {rung.error.max:.2f}.{instead}{safe}{before} "
         f"All {most} take {about(last.times.later / rung.times.later)} times as long{quick}, for a largest error of {last.error.max:.2f}."
     )
 
@@ -96,21 +118,32 @@ def is_baking_worth_it(results: Results) -> str:
         return ""
     text = (
         f"For accuracy hardly: the mean error falls from {live.error.mean:.3f} to {baked.error.mean:.3f}, 99 % from "
-        f"{live.error.p99:.2f} to {baked.error.p99:.2f}; 0.5 is where one begins to see it."
+        f"{live.error.p99:.2f} to {baked.error.p99:.2f} (largest {live.error.max:.2f} and {baked.error.max:.2f}); 0.5 is where one begins to "
+        "see it."
     )
-    frames = (
-        [_rung(results["frame"], name) for name in ("live, a frame", "baked, a frame")] if "frame" in results else []
+    drawn, shown = (
+        _rung(results["frame"], name) if "frame" in results else None for name in ("live, a frame", "baked, a frame")
     )
-    if len(frames) == 2 and frames[0] and frames[1]:
-        ratio = frames[0].times.later / frames[1].times.later
-        faster = f"{ratio:.2f} times as fast" if ratio > 1.02 else "no faster"
+    if drawn and shown:
+        ratio = drawn.times.later / shown.times.later
+        faster = (
+            "no faster, within the scatter"
+            if _no_other(drawn, shown) or ratio <= 1.02
+            else f"{ratio:.2f} times as fast"
+        )
         text += (
-            f" A baked frame is {faster} here ({_seconds(frames[1].times.later)} against {_seconds(frames[0].times.later)}), after a bake of "
-            f"{_seconds(frames[1].times.prepare)}."
+            f" A baked frame is {faster} ({_seconds(shown.times.later)} against {_seconds(drawn.times.later)}), after a bake of "
+            f"{_seconds(shown.times.prepare)}."
+        )
+    small = [_rung(results["mip"], f"mean {of}, 8x8") if "mip" in results else None for of in ("thickness", "textures")]
+    away = ""
+    if small[0] and small[1]:
+        away = (
+            f" (8 times smaller 99 % of the errors are below {small[1].error.p99:.1f}, live {small[0].error.p99:.0f})"
         )
     return (
         text
-        + " Bake for many layers, for export and for other renderers; while painting stay live, which follows every stroke."
+        + f" Bake for heads seen small{away}, for export and for other renderers; while painting live follows every stroke."
     )
 
 
@@ -125,6 +158,14 @@ def how_many_gaussians(results: Results) -> str:
     grain = result.noise.mean if result.noise else 0.0
     best = min(r.error.mean for _, r in counted)
     worth = max(0.02, grain / 4, 0.1 * (none[1].error.mean - best))
+    between = max(r.error.mean for _, r in counted) - best
+    if between < grain / 4:
+        dear = f"{most} take {last.times.later / none[1].times.later:.2f} times as long as none"
+        times = "; their times do not differ by more than they scatter" if _no_other(last, none[1]) else f"; {dear}"
+        return (
+            f"It does not show in these pictures: 0 to {most} differ by {between:.2f}, and the reference's own grain is {grain:.2f}{times}. "
+            "Measure nearer to the skin, or with more pixels and samples, where edges of shadows fill many pixels."
+        )
     count, rung = next(one for one in counted if one[1].error.mean <= best + worth)
     text = f"{count}: mean error {rung.error.mean:.2f} against {none[1].error.mean:.2f} with none"
     if count == most:
@@ -143,10 +184,17 @@ def what_does_cycles_buy(results: Results) -> str:
     if not cycles or not eevee:
         return ""
     path, raster = (min(group, key=lambda r: r.error.mean) for group in (cycles, eevee))
+    noisy = [r for r in cycles if r.error.mean > raster.error.mean]
+    but = (
+        f" Noise counts as error: {' and '.join(f'{r.name} ({r.error.mean:.2f})' for r in noisy)} "
+        f"{'is' if len(noisy) == 1 else 'are'} farther off than that."
+        if noisy
+        else ""
+    )
     return (
         f"{path.name} is {path.error.mean:.2f} from the reference in the mean (99 %: {path.error.p99:.1f}), {raster.name} "
-        f"{raster.error.mean:.2f} (99 %: {raster.error.p99:.1f}), for {path.times.later / raster.times.later:.1f} times the time of a frame: "
-        "light that bounces between skin and skin, in sockets, nostrils and under the chin, and shadows of large lamps."
+        f"{raster.error.mean:.2f} (99 %: {raster.error.p99:.1f}), for {path.times.later / raster.times.later:.1f} times the time of a frame; "
+        f"a graphics card, or none, changes that more than anything.{but}"
     )
 
 

@@ -30,7 +30,7 @@ PLOTS = ("colour", "picture")
 
 SHOWN: dict[str, tuple[str, ...]] = {
     "colour": (
-        "alpha blend", "RGB Kubelka-Munk", "paper, single pass", "3 fitted bands", "8 fitted bands", "12 fitted bands", "16 fitted bands",
+        "alpha blend", "RGB Kubelka-Munk", "paper, single pass", "3 fitted bands", "8 fitted bands", "12 fitted bands", "16 fitted bands", "16 fitted bands, float32",
         "live", "baked", "81 bands, float32", "81 bands",
     ),
     "skin": (),
@@ -105,8 +105,8 @@ def tables(content: dict) -> str:
     """The ladders as Markdown, ratios instead of times."""
     made = content["made"]
     lines = [
-        f"Measured on {made['date'][:10]}: {made['processor']}, {made['cores']} cores, load {made['load']}, Python {made['python']}, "
-        f"NumPy {made['numpy']}{', Blender ' + made['Blender'] if 'Blender' in made else ''}. Time as a multiple of each ladder's fastest.",
+        f"Measured on {made['date'][:10]}: {made['processor']}, {made['cores']} cores, Python {made['python']}, "
+        f"NumPy {made['numpy']}{', Blender ' + made['Blender'] if 'Blender' in made else ''}. Each ladder is one run; time as a multiple of its fastest.",
     ]
     for name, about in content["ladders"].items():
         rungs = [

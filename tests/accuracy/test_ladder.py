@@ -96,7 +96,7 @@ def test_csv_json_and_table_hold_every_rung(result):
 def test_the_page_says_the_answer_and_needs_nothing_from_elsewhere(result):
     text = page.page([result], report.machine(), current=["path LIVE"])
     assert "Use middle: 99 % of its errors are below 0.40 CIEDE2000" in text
-    assert "The most accurate, fine" in text
+    assert "The most accurate in the mean, fine" in text
     assert re.search(r'<tr class="front current"><td>middle', text)
     outside = [u for u in re.findall(r"(?:https?:)?//[\w.]+", text) if "www.w3.org" not in u]
     assert not outside and "<script" not in text and "<link" not in text and "<it>" not in text
@@ -241,10 +241,27 @@ def test_questions_are_answered_from_the_rungs():
         ladder.Result(replace(small(), name="diffusion"), blurs),
     ]
     found = dict(answers.in_short(results))
-    assert found["How many bands do I need?"].startswith("12, with fitted weights")
+    assert found["How many bands do I need?"].startswith("12 are enough, with fitted weights")
+    assert "In single precision" not in found["How many bands do I need?"]
     assert found["How many Gaussians?"].startswith("3: mean error 0.31 against 1.00 with none and 0.30 with 6")
     assert "from 0.500 to 0.250" in found["Is baking worth it?"]
-    assert "name a head" in found["What does Cycles buy me?"]
+    assert "km_makeup accuracy HEAD.blend" in found["What does Cycles buy me?"]
+    quick = at("16 fitted bands, float32", 0.1, 0.015)
+    alike = [at(f"{count} Gaussian{'s' if count else ''}", 1.7 + count / 1000, 1.0) for count in (0, 3, 6)]
+    pictures = [at("EEVEE, live", 2.2, 5.5), at("Cycles, 16 samples", 4.6, 1.7), at("Cycles, denoised", 1.6, 1.9)]
+    found = dict(
+        answers.in_short(
+            [
+                ladder.Result(replace(small(), name="colour"), [*bands, quick]),
+                ladder.Result(replace(small(), name="diffusion"), alike, noise=Spread(1.0, 2.0, 3.0)),
+                ladder.Result(replace(small(), name="picture"), pictures),
+            ]
+        )
+    )
+    assert "In single precision 16 take no longer" in found["How many bands do I need?"]
+    assert found["How many Gaussians?"].startswith("It does not show in these pictures: 0 to 6 differ by 0.01")
+    assert "Cycles, denoised is 1.60" in found["What does Cycles buy me?"]
+    assert "Cycles, 16 samples (4.60) is farther off" in found["What does Cycles buy me?"]
 
 
 def test_pictures_need_a_head(capsys):
