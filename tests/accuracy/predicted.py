@@ -25,9 +25,12 @@ from tests.effects.bound import commit_seed
 from tests.effects.cases import ROOT, Case, Stage, draw, own_resources
 
 COVERS = (
-    "km_makeup/accuracy",
-    "km_makeup/blender/measuring",
+    "km_makeup/accuracy/conditions.py",
+    "km_makeup/accuracy/kept.py",
+    "km_makeup/accuracy/shipped.json",
     "km_makeup/blender/measured.py",
+    "km_makeup/blender/occlusion.py",
+    "km_makeup/blender/measuring/stage.py",
     "tests/accuracy/scenes.py",
     "tests/effects/cases.py",
 )
