@@ -39,7 +39,7 @@ def examine() -> list[Finding]:
 
 def examine_scene(scene: bpy.types.Scene) -> list[Finding]:
     """Examine what in a scene makes pictures of a head slow without need, dark, or of another colour in the other engine."""
-    return [_lamps(scene), _shadows(scene), _skin(scene)]
+    return [_lamps(scene), _skin(scene), _shadows(scene)]
 
 
 def _lamps(scene: bpy.types.Scene) -> Finding:
