@@ -251,3 +251,18 @@ def test_a_head_without_makeup_is_refused(clean_scene, tmp_path, capsys):
     bpy.ops.wm.save_as_mainfile(filepath=str(file))
     assert cli.main(["accuracy", str(file), "--ladder", "picture", "--out", str(tmp_path)]) == 2
     assert "no makeup to measure; give --look" in capsys.readouterr().err
+
+
+def test_the_frame_says_what_each_way_costs_over_the_bare_skin():
+    from km_makeup.accuracy.ladder import Ladder, Measured, Result, Times
+    from km_makeup.accuracy.pictures import Spread
+    from km_makeup.blender.measuring import frame
+
+    def rung(name: str, seconds: float, mean: float) -> Measured:
+        return Measured(name, "", "", Spread(mean, 3 * mean, 9 * mean), Times(0, seconds, seconds, 0.1, 0))
+
+    rungs = [rung("live, a frame", 1.5, 0), rung("live, six Gaussians, a frame", 2.0, 0.5), rung(frame.BARE, 1.0, 2.0)]
+    said = frame._answer(Result(Ladder("frame", "", "CIEDE2000", "", "", []), rungs))
+    assert said.startswith("Live takes 1.50 times as long as no makeup; live, six Gaussians takes 2.00 times")
+    assert "differs from live by 0.50 (99 %: 1.5)" in said and said.count("differs") == 1
+    assert frame._answer(Result(Ladder("frame", "", "CIEDE2000", "", "", []), rungs[:2])) == ""
