@@ -49,7 +49,7 @@ def _least(error: float) -> str:
     return f"{error:.2f}" if error >= 0.005 else "less than 0.005"
 
 
-def _no_other(one: Measured, other: Measured) -> bool:
+def _as_long(one: Measured, other: Measured) -> bool:
     """Whether two times differ by less than they scatter."""
     return abs(one.times.later - other.times.later) <= one.times.spread + other.times.spread
 
@@ -127,9 +127,7 @@ def is_baking_worth_it(results: Results) -> str:
     if drawn and shown:
         ratio = drawn.times.later / shown.times.later
         faster = (
-            "no faster, within the scatter"
-            if _no_other(drawn, shown) or ratio <= 1.02
-            else f"{ratio:.2f} times as fast"
+            "no faster, within the scatter" if _as_long(drawn, shown) or ratio <= 1.02 else f"{ratio:.2f} times as fast"
         )
         text += (
             f" A baked frame is {faster} ({_seconds(shown.times.later)} against {_seconds(drawn.times.later)}), after a bake of "
@@ -161,7 +159,7 @@ def how_many_gaussians(results: Results) -> str:
     between = max(r.error.mean for _, r in counted) - best
     if between < grain / 4:
         dear = f"{most} take {last.times.later / none[1].times.later:.2f} times as long as none"
-        times = "; their times do not differ by more than they scatter" if _no_other(last, none[1]) else f"; {dear}"
+        times = "; their times do not differ by more than they scatter" if _as_long(last, none[1]) else f"; {dear}"
         return (
             f"It does not show in these pictures: 0 to {most} differ by {between:.2f}, and the reference's own grain is {grain:.2f}{times}. "
             "Measure nearer to the skin, or with more pixels and samples, where edges of shadows fill many pixels."

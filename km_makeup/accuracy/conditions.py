@@ -26,9 +26,12 @@ GREY = (0.2126, 0.7152, 0.0722)
 
 @dataclass(frozen=True)
 class Conditions:
-    """Shares of the light by kind; pixels per mm on the nearest skin; of the head as made up, luminous reflectance (0..1) and the
-    share of it, ``from_skin`` (0..1), that went through the films into the skin and back; ``occlusion`` (0..1), the share of the
-    directions above the skin that the head itself blocks, in the mean over the picture."""
+    """What an expectation is made from.
+
+    ``shares`` of the light by kind; ``px_per_mm`` on the nearest skin; ``reflectance`` (0..1), luminous, of the head as made up;
+    ``from_skin`` (0..1), the share of it that went through the films into the skin and back; ``occlusion`` (0..1), the
+    share of the directions above the skin that the head itself blocks, in the mean over the picture.
+    """
 
     shares: Mapping[str, float] = field(default_factory=dict)
     px_per_mm: float = 0.0
@@ -41,9 +44,10 @@ class Conditions:
 class ErrorModel:
     """Mean CIEDE2000 of EEVEE's picture from Cycles by conditions, fitted (`python -m tests.accuracy.conditions`).
 
-    ``lights`` by kind of light, at 1 pixel per mm: a convex head's, what is added where all light comes from the skin,
-    what is added by occlusion 1 on a black surface, and to that on a white one; in mixed light the mean by share. It goes with the ``power`` of pixels per mm inside ``scales``, the
-    least and the most it was fitted at, and stays beyond them.
+    ``lights`` by kind of light, four numbers at 1 pixel per mm: a convex head's; what is added where all light comes from the
+    skin; what occlusion 1 adds on a black surface; what it adds to that on a white one. In mixed light it is the mean by
+    share. It goes with the ``power`` of pixels per mm inside ``scales``, the least and the most it was fitted at, and stays
+    beyond them.
     """
 
     lights: Mapping[str, Sequence[float]]

@@ -55,30 +55,30 @@ def _lamps(scene: bpy.types.Scene) -> Finding:
 
 
 def _shadows(scene: bpy.types.Scene) -> Finding:
-    found = shadows_of_clear_surfaces(scene)
-    if not found:
-        return Finding("shadows", True, "no clear surface casts one")
-    named = ", ".join(f"{obj} (material {material})" for obj, material in found)
-    return Finding(
+    return _of_materials(
         "shadows",
-        False,
-        f"{named}: clear, and casting shadows, for which EEVEE draws shadow maps anew in every sample, up to three "
+        shadows_of_clear_surfaces(scene),
+        "no clear surface casts one",
+        "clear, and casting shadows, for which EEVEE draws shadow maps anew in every sample, up to three "
         "times the time of a picture. Where no shadow is wanted, as of a cornea or tears, turn off Object › Visibility "
         "› Ray Visibility › Shadow, or Material › Settings › Transparent Shadows where the shadow may be solid.",
     )
 
 
 def _skin(scene: bpy.types.Scene) -> Finding:
-    found = anisotropic_skins(scene)
-    if not found:
-        return Finding("skin", True, "scatters light in both engines alike")
-    named = ", ".join(f"{obj} (material {material})" for obj, material in found)
-    return Finding(
+    return _of_materials(
         "skin",
-        False,
-        f"{named}: Subsurface Anisotropy is above 0, which EEVEE does not know and with which Cycles draws the skin redder than its "
+        anisotropic_skins(scene),
+        "scatters light in both engines alike",
+        "Subsurface Anisotropy is above 0, which EEVEE does not know and with which Cycles draws the skin redder than its "
         "texture and grainier; set it to 0 where pictures of both are to agree.",
     )
+
+
+def _of_materials(what: str, found: list[tuple[str, str]], good: str, amiss: str) -> Finding:
+    """A finding on objects and their materials by name."""
+    named = ", ".join(f"{obj} (material {material})" for obj, material in found)
+    return Finding(what, False, f"{named}: {amiss}") if found else Finding(what, True, good)
 
 
 def anisotropic_skins(scene: bpy.types.Scene) -> list[tuple[str, str]]:
