@@ -119,6 +119,14 @@ def test_what_was_painted_is_planned_for_when_the_brush_rests(monkeypatch):
     bpy.app.timers.unregister(scene_follow.at_rest)
     clock[0] += 2 * scene_follow.REST
     assert scene_follow.at_rest() is None and built == [head], "nothing is another now, so nothing is built"
+    layer.map.pixels.foreach_set(np.zeros(4 * layer.map.size[0] * layer.map.size[1], np.float32))
+    layer.map.update()
+    layer.map.update_tag()
+    bpy.context.view_layer.update()
+    bpy.app.timers.unregister(scene_follow.at_rest)
+    clock[0] += 2 * scene_follow.REST
+    assert scene_follow.at_rest() is None
+    assert not makeup.planned(head).effect("film:0").on, "what was erased is read again too"
 
 
 def test_blender_tells_of_engine_and_lamps_and_objects_are_looked_through_for_nothing_else(monkeypatch):
