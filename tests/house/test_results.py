@@ -7,12 +7,11 @@ import pytest
 from tests import stamps
 
 OLDER = {
-    "accuracy_predicted.md",
     "diffusion_heads.md",
     "flat_field.json",
     "live_colours.md",
 }
-"""Results that are older than their code: the diffusion of heads, since its taps follow the surface and lamps give all their light; the flat field and live colours, since colour's tables come, the same to the last bit, from a file; expected errors, since occlusion takes the camera in steps."""
+"""Results that are older than their code: the diffusion of heads, since its taps follow the surface and lamps give all their light; the flat field and live colours, since colour's tables come, the same to the last bit, from a file."""
 
 
 @pytest.mark.parametrize("file", sorted(stamps.RESULTS.iterdir()), ids=lambda file: file.name)
