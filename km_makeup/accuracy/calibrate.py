@@ -1,60 +1,183 @@
-"""What effects cost on this machine, from ladders of pictures: what the plan weighs.
+"""What effects cost on this machine, from the ladder of costs: what the plan weighs.
 
-A cost is the difference of two rungs that differ by one thing, by megapixel, and where it is shading by sample as well.
-Where a difference is lost in the noise of the two times (half of their middle 50 %), the cost is left to the default.
+A cost is the median over the runs of differences of rungs that differ by one effect, by megapixel, and where it is shading by
+sample as well. Runs take turns, so that what slows the machine for a while falls out of a difference.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import statistics
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ..effects import Calibration
 from .ladder import Measured, Result
 
+LADDER = "costs"
+ENGINES = {"BLENDER_EEVEE": "EEVEE", "CYCLES": "Cycles"}
+"""What a rung's name begins with, by engine."""
+
+ALL, NO_FILMS, BAKED = "everything", "no makeup", "baked, no film highlights"
+NO_FINISH, ONE_LOBE_LESS, NO_SECOND_LOBE, LAMPS = (
+    "no film highlights",
+    "one highlight less",
+    "no second lobe",
+    "lamp by lamp",
+)
+NO_NORMALS, NO_DITHER = "relief as it is", "no dither"
+NO_SCATTERING, BARE_NO_SCATTERING = "no scattering", "no makeup, no scattering"
+NO_GAUSSIAN, ONE_GAUSSIAN, ALL_GAUSSIANS, ACROSS = (
+    "compositor, no Gaussian",
+    "compositor, 1 Gaussian",
+    "compositor, 6 Gaussians",
+    "compositor, 6 Gaussians across steps",
+)
+COMPOSITED = ((NO_GAUSSIAN, 0, True), (ONE_GAUSSIAN, 1, True), (ALL_GAUSSIANS, 6, True), (ACROSS, 6, False))
+"""Rungs of the compositor: name, Gaussians, whether they stop at steps in depth."""
+
+CERTAIN = 0.5
+"""Standard error of a cost, as a part of it, that it must not be above."""
+SMALL = 0.01
+"""Or as a part of the frame: then the cost is known to be small."""
+
 
 @dataclass(frozen=True)
-class Frames:
-    """What the frames were: megapixels, samples, films of the look, finishes of films, lamps that give highlights."""
+class Difference:
+    """Seconds between two sums of frames: median over the runs, its standard error, and the seconds of one frame of them."""
 
-    megapixels: float
-    samples: int
-    films: int
-    lamps: int
+    seconds: float
+    error: float
+    frame: float
 
-
-def calibration(results: Sequence[Result], frames: Frames, machine: str, date: str) -> Calibration:
-    """Costs in ms a megapixel (and sample); only kinds that stand out of the noise, others are the shipped ones when it is read."""
-    rungs = {(r.ladder.name, rung.name): rung for r in results for rung in r.rungs}
-    shading = 1e3 / (frames.megapixels * frames.samples)
-    frame = 1e3 / frames.megapixels
-    eevee = _costs(rungs, shading, {
-        "film": ("picture", "EEVEE, live", "EEVEE, no makeup", frames.films),
-        "baked": ("picture", "EEVEE, baked", "EEVEE, no makeup", 1),
-        "second_lobe": ("gloss", "two lobes", "the skin's lobe only", 1),
-        "lamp": ("gloss", "lamp by lamp", "the skin's lobe only", frames.lamps),
-        "subsurface": ("diffusion", "EEVEE's own", "0 Gaussians", 1),
-    })  # fmt: skip
-    compositor = _costs(rungs, frame, {
-        "gaussian": ("diffusion", "6 Gaussians", "1 Gaussian", 5),
-        "depth_aware": ("diffusion", "6 Gaussians", "6 Gaussians, across steps", 1),
-        "group": ("diffusion", "1 Gaussian", "0 Gaussians", 1),
-    })  # fmt: skip
-    return Calibration({"EEVEE": eevee}, compositor, machine, date[:10])
+    @property
+    def certain(self) -> bool:
+        """Whether it stands out of the noise, or is known to be small."""
+        return self.error <= max(CERTAIN * abs(self.seconds), SMALL * self.frame)
 
 
-def _costs(
-    rungs: dict[tuple[str, str], Measured], unit: float, wanted: dict[str, tuple[str, str, str, int]]
-) -> dict[str, float]:
-    found = {}
-    for kind, (ladder, with_it, without, count) in wanted.items():
-        one, other = rungs.get((ladder, with_it)), rungs.get((ladder, without))
-        if one is None or other is None or not count:
-            continue
-        difference = one.times.later - other.times.later
-        if difference > one.times.spread + other.times.spread:
-            found[kind] = float(f"{unit * difference / count:.3g}")
+def calibration(results: Sequence[Result], machine: str, date: str) -> Calibration | None:
+    """Costs in ms a megapixel (and sample), by kind; None where the ladder of costs was not measured to its end.
+
+    Kinds that are lost in noise are left out: they stay what they were.
+    """
+    result = next((r for r in results if r.ladder.name == LADDER and r.whole), None)
+    if result is None:
+        return None
+    holds = result.ladder.holds
+    frame = 1e3 / holds["megapixels"]
+    shading = {
+        engine: _kept(_shading(result, said, holds), frame / holds["samples"])
+        for engine, said in (("EEVEE", "EEVEE"), ("CYCLES", "Cycles"))
+    }
+    return Calibration(shading, _kept(_compositing(result), frame), machine, date[:10])
+
+
+Sought = dict[str, tuple[Difference | None, float]]
+"""By kind: the difference, and how many effects of the kind it holds."""
+
+
+def _shading(result: Result, said: str, holds: Mapping[str, float]) -> Sought:
+    def of(plus: Sequence[str], minus: Sequence[str]) -> Difference | None:
+        return difference(result, [f"{said}, {name}" for name in plus], [f"{said}, {name}" for name in minus])
+
+    films, lobes, lamps = holds["films"], holds["lobes"], holds["lamps"]
+    relief = _has(result, f"{said}, {NO_NORMALS}")
+    found: Sought = {
+        "film": (of([NO_FINISH], [NO_FILMS]), films),
+        "baked": (of([BAKED], [NO_FILMS]), 1),
+        "normals": (of([ALL], [NO_NORMALS]), 1),
+    }
+    # without highlights of films nothing fades the relief either
+    highlights = ([NO_NORMALS] if relief else [ALL]), [NO_FINISH]
+    if said == "EEVEE":
+        second = _has(result, f"{said}, {NO_SECOND_LOBE}")
+        found |= {
+            "second_lobe": (of([ALL], [NO_SECOND_LOBE]), 1),
+            "dither": (of([ALL], [NO_DITHER]), 1),
+            "subsurface": (of([ALL], [NO_SCATTERING]), 1),
+            "lamp": (of([LAMPS], [NO_SECOND_LOBE if second else ALL]), lamps),
+            "finish": (of([*highlights[0], *([NO_SECOND_LOBE] if second else [])], [*highlights[1], *([ALL] if second else [])]), 1 + lobes),
+        }  # fmt: skip
+        return found
+    one = _has(result, f"{said}, {ONE_LOBE_LESS}")
+    found |= {
+        "lobe": (of([ALL], [ONE_LOBE_LESS]), 1),
+        "finish": (of(*highlights) if not one else _rest(result, said, highlights, lobes), 1),
+        "subsurface": (of([NO_FILMS], [BARE_NO_SCATTERING]), 1),
+        "film_closure": (of([ALL, BARE_NO_SCATTERING], [NO_SCATTERING, NO_FILMS]), 1),
+    }
     return found
 
 
-__all__ = ["Frames", "calibration"]
+def _rest(
+    result: Result, said: str, highlights: tuple[Sequence[str], Sequence[str]], lobes: float
+) -> Difference | None:
+    """What highlights cost beside a lobe for each film."""
+    plus, minus = ([f"{said}, {name}" for name in side] for side in highlights)
+    return difference(
+        result, [*plus, *[f"{said}, {ONE_LOBE_LESS}"] * int(lobes)], [*minus, *[f"{said}, {ALL}"] * int(lobes)]
+    )
+
+
+def _compositing(result: Result) -> Sought:
+    def of(plus: Sequence[str], minus: Sequence[str]) -> Difference | None:
+        return difference(result, plus, minus)
+
+    return {
+        "passes": (of([NO_GAUSSIAN], [f"EEVEE, {NO_SCATTERING}"]), 1),
+        "gaussian": (of([ALL_GAUSSIANS], [ONE_GAUSSIAN]), 5),
+        "group": (of([ONE_GAUSSIAN] * 6, [NO_GAUSSIAN] * 5 + [ALL_GAUSSIANS]), 5),
+        "depth_aware": (of([ALL_GAUSSIANS], [ACROSS]), 1),
+    }
+
+
+def _has(result: Result, name: str) -> bool:
+    return any(rung.name == name for rung in result.rungs)
+
+
+def difference(result: Result, plus: Sequence[str], minus: Sequence[str]) -> Difference | None:
+    """Frames of some rungs less those of others, run by run; None where one of them was not measured, or fewer than three times."""
+    rungs: dict[str, Measured] = {rung.name: rung for rung in result.rungs}
+    if not all(name in rungs and len(rungs[name].times.runs) >= 3 for name in (*plus, *minus)):
+        return None
+    each = [
+        sum(rungs[name].times.runs[i] for name in plus) - sum(rungs[name].times.runs[i] for name in minus)
+        for i in range(min(len(rungs[name].times.runs) for name in (*plus, *minus)))
+    ]
+    middle = statistics.median(each)
+    spread = statistics.median(abs(one - middle) for one in each)
+    error = 1.4826 * 1.2533 * spread / len(each) ** 0.5  # of a median of normal differences, by their median deviation
+    return Difference(middle, error, max(rungs[name].times.later for name in (*plus, *minus)))
+
+
+def _kept(found: Sought, unit: float) -> dict[str, float]:
+    """Costs that are known: at least nothing."""
+    return {
+        kind: float(f"{max(0.0, unit * one.seconds / count):.3g}")
+        for kind, (one, count) in found.items()
+        if one is not None and count and one.certain
+    }
+
+
+def answer(result: Result) -> str:
+    """What the plan takes from it, in a sentence."""
+    made = calibration([result], "", "")
+    if made is None:
+        return ""
+    parts = [
+        f"{engine} (ms a megapixel and sample): {', '.join(f'{kind} {ms:g}' for kind, ms in costs.items())}"
+        for engine, costs in made.shading_ms.items()
+        if costs
+    ]
+    if made.compositor_ms:
+        parts.append(
+            f"compositor (ms a megapixel): {', '.join(f'{kind} {ms:g}' for kind, ms in made.compositor_ms.items())}"
+        )
+    return (
+        f"The plan weighs {'; '.join(parts)}."
+        if parts
+        else "Every cost is lost in the noise of these runs; measure again on a quieter machine."
+    )
+
+
+__all__ = ["Difference", "answer", "calibration", "difference"]

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import MakeupError
-from .calibrate import Frames, calibration
+from .calibrate import calibration
 from .ladder import RUNS, Ladder, Result, measure
 
 EXAMPLE = (
@@ -43,20 +43,19 @@ class SceneRequest:
 
 @dataclass(frozen=True)
 class SceneLadders:
-    """Ladders of pictures by name, the settings in force of the head they are of, what its frames hold, and a context that
-    keeps Blender's own lines out of the results."""
+    """Ladders of pictures by name, the settings in force of the head they are of, and a context that keeps
+    Blender's own lines out of the results."""
 
     ladders: Factories
     current: Sequence[str]
     about: Mapping[str, str]
-    frames: Frames
     aside: Callable[[], AbstractContextManager[object]] = nullcontext
 
 
 OpenScene = Callable[[SceneRequest], SceneLadders]
 """Opens a head in Blender; the command line hands it over, since this floor knows no Blender."""
 
-PICTURE_LADDERS = ("diffusion", "gloss", "picture", "frame")
+PICTURE_LADDERS = ("diffusion", "gloss", "picture", "frame", "costs")
 """Names of the ladders that need a head."""
 
 
@@ -216,8 +215,8 @@ def _write(results: Sequence[Result], out: Path, scene: SceneLadders | None) -> 
         current = scene.current if scene else ()
         plots = {r.ladder.name: plot(r, set(current)) for r in results if r.rungs}
         files = write_report(results, out, page(results, made, current), made, plots)
-        if scene:
-            costs = calibration(results, scene.frames, f"{made['processor']}, {made['cores']} cores", made["date"])
+        costs = calibration(results, f"{made['processor']}, {made['cores']} cores", made["date"])
+        if costs:
             files.append(out / "calibration.json")
             costs.write(files[-1])
         print(f"written: {', '.join(str(f) for f in files)}", file=sys.stderr)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import statistics
 import time
 import tracemalloc
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
@@ -68,7 +68,8 @@ class Ladder:
     whose mean error falls from each to the next, if theory is right; ``notes``: why rungs do not fall where one expects it.
     ``clock``: processor time, which other work on the machine changes little, or where one waits for more than the processor,
     time itself. A run shorter than ``least_s`` is made again until it is as long, and its mean taken. ``answer`` puts a
-    result into a sentence, where the usual one (the fastest rung that nobody sees) says too little.
+    result into a sentence, where the usual one (the fastest rung that nobody sees) says too little. ``holds``: what a run holds, in
+    numbers, for those who put its time into a unit; known when it is measured.
     """
 
     name: str
@@ -86,17 +87,20 @@ class Ladder:
     clock: Callable[[], float] = time.process_time
     least_s: float = 0.1
     answer: Callable[[Result], str] | None = None
+    holds: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Times:
-    """Seconds: the preparation, the first run, the median of later ones, half of their middle 50 %; peak memory in MB of a run."""
+    """Seconds: the preparation, the first run, the median of later ones, half of their middle 50 %; peak memory in MB of a run; the
+    later runs one by one."""
 
     prepare: float
     first: float
     later: float
     spread: float
     memory_mb: float
+    runs: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -224,7 +228,7 @@ def _times(cost: Sequence[float], peak: float) -> Times:
     prepare, first, *later = cost
     later = later or [first]
     quarters = statistics.quantiles(later, n=4) if len(later) > 1 else [first, first, first]
-    return Times(prepare, first, statistics.median(later), (quarters[2] - quarters[0]) / 2, peak)
+    return Times(prepare, first, statistics.median(later), (quarters[2] - quarters[0]) / 2, peak, tuple(cost[2:]))
 
 
 def _peak(run: Callable[[], Any]) -> float:

@@ -36,8 +36,10 @@ SHOWN: dict[str, tuple[str, ...]] = {
     "skin": (),
     "light": (),
     "diffusion": (),
+    "gloss": (),
     "picture": (),
     "frame": (),
+    "costs": (),
 }  # fmt: skip
 """Ladders in README.md, and their rungs there; without any, all."""
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from km_makeup.accuracy import calibrate, kept
@@ -43,27 +46,71 @@ def test_the_shipped_measurement_can_be_read_and_knows_the_picture():
     assert made.machine and made.date
 
 
-def test_costs_are_differences_by_megapixel_and_sample(tmp_path):
-    frames = calibrate.Frames(megapixels=0.5, samples=10, films=4, lamps=2)
-    results = [
-        result("picture", {"EEVEE, no makeup": 1.0, "EEVEE, live": 1.2, "EEVEE, baked": 1.1}),
-        result("gloss", {"the skin's lobe only": 1.0, "two lobes": 1.05, "lamp by lamp": 1.2}),
-        result(
-            "diffusion", {"0 Gaussians": 1.0, "1 Gaussian": 1.3, "6 Gaussians": 1.8, "6 Gaussians, across steps": 1.6}
-        ),
-    ]
-    found = calibrate.calibration(results, frames, "a machine", "2026-01-31 12:00")
-    eevee, compositor = found.shading_ms["EEVEE"], found.compositor_ms
-    assert eevee == pytest.approx({"film": 10, "baked": 20, "second_lobe": 10, "lamp": 20})
-    assert compositor == pytest.approx({"gaussian": 200, "depth_aware": 400, "group": 600})
+HOLDS = {"megapixels": 0.5, "samples": 10, "films": 4, "lobes": 3, "lamps": 2}
+EEVEE = {
+    "everything": 2.0, "no film highlights": 1.6, "no second lobe": 1.9, "lamp by lamp": 2.5, "relief as it is": 1.95,
+    "baked, no film highlights": 1.3, "no makeup": 1.2, "no scattering": 1.0,
+}  # fmt: skip
+CYCLES = {
+    "everything": 5.0, "no film highlights": 4.0, "one highlight less": 4.8, "relief as it is": 4.9, "no makeup": 3.2,
+    "baked, no film highlights": 3.6, "no scattering": 2.6, "no makeup, no scattering": 1.2,
+}  # fmt: skip
+COMPOSITOR = {
+    "compositor, no Gaussian": 1.1, "compositor, 1 Gaussian": 1.4, "compositor, 6 Gaussians": 1.9,
+    "compositor, 6 Gaussians across steps": 1.7,
+}  # fmt: skip
+
+
+def costs(jitter: float = 0.0, drift: float = 0.0) -> Result:
+    """Seven runs of every rung; ``jitter``: each by itself, ``drift``: all of a round alike."""
+    times = {f"EEVEE, {k}": s for k, s in EEVEE.items()} | {f"Cycles, {k}": s for k, s in CYCLES.items()} | COMPOSITOR
+    random = np.random.default_rng(1)
+    rungs = []
+    for name, s in times.items():
+        runs = tuple(s + drift * i + jitter * random.standard_normal() for i in range(7))
+        rungs.append(Measured(name, "", "", Spread(1, 2, 3), Times(0, s, s, jitter, 0, runs)))
+    return Result(Ladder("costs", "", "CIEDE2000", "a frame", "everything", [], holds=HOLDS), rungs, whole=True)
+
+
+@pytest.mark.parametrize("drift", [0.0, 0.5])
+def test_costs_are_differences_by_megapixel_and_sample(tmp_path, drift):
+    found = calibrate.calibration([costs(drift=drift)], "a machine", "2026-01-31 12:00")
+    assert found.shading_ms["EEVEE"] == pytest.approx(
+        {"film": 20, "baked": 20, "normals": 10, "second_lobe": 20, "subsurface": 200, "lamp": 60, "finish": 12.5}
+    )
+    # all highlights and the relief cost 1, the relief .1, each of three lobes .2
+    assert found.shading_ms["CYCLES"] == pytest.approx(
+        {"film": 40, "baked": 80, "normals": 20, "lobe": 40, "finish": 60, "subsurface": 400, "film_closure": 80}
+    )
+    assert found.compositor_ms == pytest.approx({"passes": 200, "gaussian": 200, "group": 400, "depth_aware": 400})
     assert found.measured == "2026-01-31"
     found.write(tmp_path / "calibration.json")
     read, shipped = Calibration.read(tmp_path / "calibration.json"), Calibration.shipped()
-    assert read.shading_ms["EEVEE"] == {**shipped.shading_ms["EEVEE"], **eevee}
-    assert read.compositor_ms["passes"] == shipped.compositor_ms["passes"], "what was not measured is the shipped cost"
+    assert read.shading_ms["EEVEE"] == {**shipped.shading_ms["EEVEE"], **found.shading_ms["EEVEE"]}
+    assert read.shading_ms["EEVEE"]["dither"] == shipped.shading_ms["EEVEE"]["dither"], (
+        "what was not measured is as shipped"
+    )
 
 
 def test_a_difference_lost_in_the_noise_is_left_to_the_default():
-    frames = calibrate.Frames(0.5, 10, 4, 2)
-    noisy = [result("picture", {"EEVEE, no makeup": 1.0, "EEVEE, live": 1.2}, spread=0.15)]
-    assert calibrate.calibration(noisy, frames, "", "").shading_ms["EEVEE"] == {}
+    found = calibrate.calibration([costs(jitter=0.4)], "", "")
+    assert "second_lobe" not in found.shading_ms["EEVEE"] and "normals" not in found.shading_ms["EEVEE"]
+    assert found.shading_ms["CYCLES"]["subsurface"] == pytest.approx(400, rel=0.5), "what stands out is known"
+
+
+def test_a_cost_that_is_known_to_be_small_is_nothing_rather_than_the_default():
+    one = costs()
+    one.rungs = [
+        replace(r, times=replace(r.times, runs=tuple(2.001 + 0.001 * i for i in range(7))))
+        if r.name == "EEVEE, relief as it is"
+        else r
+        for r in one.rungs
+    ]
+    assert calibrate.calibration([one], "", "").shading_ms["EEVEE"]["normals"] == 0
+
+
+def test_costs_that_were_not_measured_to_the_end_are_none():
+    stopped = costs()
+    stopped.whole = False
+    assert calibrate.calibration([stopped], "", "") is None
+    assert calibrate.calibration([result("picture", {"EEVEE, live": 1.0})], "", "") is None

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from km_makeup import cli
+from km_makeup.accuracy.ladder import Measured, Result, Times
+from km_makeup.accuracy.pictures import Spread
 from tests.blender import scenes
 
 pytestmark = pytest.mark.blender
@@ -35,7 +37,7 @@ def made_up(clean_scene, test_products):
 
 
 def run(ladder, runs: int = 1):
-    from km_makeup.accuracy.ladder import Result, measure
+    from km_makeup.accuracy.ladder import measure
 
     result = Result(ladder)
     said = [what for _, _, what in measure(ladder, runs, result)]
@@ -63,11 +65,18 @@ def stage_of(made_up):
 
 def test_every_state_can_be_made_and_the_file_is_afterwards_as_it_was(made_up):
     """Nothing is rendered here: materials, groups and settings of every rung of every ladder are made, brought about, put back."""
-    from km_makeup.blender.measuring import diffusion, frame, gloss, picture
+    from km_makeup.blender.measuring import costs, diffusion, frame, gloss, picture
 
     before = scenes.file_text()
     stage = stage_of(made_up)
-    for build in (diffusion.diffusion_ladder, gloss.gloss_ladder, picture.picture_ladder, frame.frame_ladder):
+    builders = (
+        diffusion.diffusion_ladder,
+        gloss.gloss_ladder,
+        picture.picture_ladder,
+        frame.frame_ladder,
+        costs.costs_ladder,
+    )
+    for build in builders:
         for rung in build(stage).rungs:
             rung.prepare()
             rung.ready()
@@ -79,6 +88,53 @@ def test_every_state_can_be_made_and_the_file_is_afterwards_as_it_was(made_up):
         "BLENDER_EEVEE",
         None,
     )
+
+
+def described(tree) -> str:
+    """Nodes with their values, groups with what is in them, and the number of links."""
+    nodes = []
+    for node in tree.nodes:
+        values = [
+            str(tuple(s.default_value) if s.type in {"RGBA", "VECTOR"} else s.default_value)
+            for s in node.inputs
+            if hasattr(s, "default_value") and not s.is_linked
+        ]
+        inside = described(node.node_tree) if getattr(node, "node_tree", None) and not node.mute else ""
+        nodes.append(f"{node.bl_idname} {node.mute} {values} {inside}")
+    return f"{sorted(nodes)} {len(tree.links)}"
+
+
+def test_the_costs_of_effects_come_from_states_that_lack_them(made_up):
+    """No two rungs of an engine wear the same nodes, and together they tell every kind that the plan weighs and this head can have."""
+    from km_makeup.accuracy.calibrate import calibration
+    from km_makeup.blender.measuring.costs import costs_ladder
+    from km_makeup.effects import Calibration
+
+    stage = stage_of(made_up)
+    obj, scene = made_up
+    obj.km_makeup.overrides.add().name = "dither"
+    ladder = costs_ladder(stage)
+    assert {"films", "lobes", "lamps", "megapixels", "samples"} <= set(ladder.holds)
+    worn: dict[tuple[str, str], str] = {}
+    for rung in ladder.rungs:
+        rung.prepare()
+        compositor = scene.compositing_node_group
+        state = " | ".join(described(tree) for tree in (obj.material_slots[0].material.node_tree, compositor) if tree)
+        assert state not in {s for (engine, _), s in worn.items() if engine == scene.render.engine}, rung.name
+        worn[scene.render.engine, rung.name] = state
+    assert [(one.name, one.switch) for one in obj.km_makeup.overrides] == [("dither", "AUTO")]
+    stage.close()
+    alike = [
+        Measured(rung.name, "", "", Spread(0, 0, 0), Times(0, 1, 1, 0, 0, (1.0, 1.0, 1.0))) for rung in ladder.rungs
+    ]
+    found, shipped = calibration([Result(ladder, alike, whole=True)], "", ""), Calibration.shipped()
+    missing = {kind for kind in shipped.shading_ms["EEVEE"] if kind not in found.shading_ms["EEVEE"]}
+    assert missing <= {"film_closure", "dither", "normals", "second_lobe"}, (
+        "EEVEE has no film closure; the ball has no relief, is not black, and its one film needs no second lobe"
+    )
+    missing = {kind for kind in shipped.shading_ms["CYCLES"] if kind not in found.shading_ms["CYCLES"]}
+    assert missing <= {"second_lobe", "lamp", "dither", "normals", "lobe"}, "of one film, the lobe is the finish"
+    assert set(found.compositor_ms) == set(shipped.compositor_ms)
 
 
 def test_diffusion_is_measured_against_its_own_reference(made_up):

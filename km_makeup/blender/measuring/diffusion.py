@@ -121,6 +121,20 @@ class Makers:
             self._worn[method] = made
         return self._worn[method]
 
+    def unscattered(self, worn: Dressed) -> Dressed:
+        """A copy of what is worn, whose light leaves the skin where it enters."""
+        worn.wear()
+        made = self.stage.wear("no scattering")
+        for _, material in made.materials:
+            for output in outputs_of(material):
+                for node in shader_nodes(output.inputs["Surface"]):
+                    if node.bl_idname == PRINCIPLED:
+                        weight = node.inputs["Subsurface Weight"]
+                        for link in weight.links:
+                            material.node_tree.links.remove(link)
+                        weight.default_value = 0.0
+        return made
+
     def blurred(self, count: int, aware: bool = True, slope: bool = True, samples: int = 0) -> State:
         """EEVEE with so many Gaussians in the compositor; ``samples`` 0: the stage's."""
         stage = self.stage

@@ -92,16 +92,17 @@ class Wardrobe:
     def baked(self) -> Dressed:
         """Textures of the whole stack, baked into a temporary folder and packed."""
         if "baked" not in self._worn:
-            self._worn["baked"] = self._bake()
+            self._worn["baked"] = self.bake("baked")
         return self._worn["baked"]
 
-    def _bake(self) -> Dressed:
+    def bake(self, name: str, **values: object) -> Dressed:
+        """Textures baked anew, worn under other settings."""
         from ..makeup import refresh
         from ..update import paused
 
         stage, makeup = self.stage, self.stage.obj.km_makeup
         textures = [f"baked_{name}" for name in ("R", "T2", "R_up", "albedo", "finish")]
-        names = ["folder", "finished", "path", "scattering", "both_engines", "everything", *textures]
+        names = ["folder", "finished", "path", "scattering", "both_engines", "everything", *textures, *values]
         before = {name: getattr(makeup, name) for name in names}
         wear_own(stage.obj)
         with paused(), tempfile.TemporaryDirectory(prefix="km-accuracy-") as folder:
@@ -109,15 +110,17 @@ class Wardrobe:
             makeup.scattering, makeup.both_engines, makeup.everything = "CLOSURES", True, True
             for _ in bake_steps(stage.obj, stage.scene):
                 pass
-            for name in textures:
-                image = getattr(makeup, name)
-                if image is not None and image != before[name]:
+            for key in textures:
+                image = getattr(makeup, key)
+                if image is not None and image != before[key]:
                     image.pack()
                     stage.owns(image)
+            for key, value in values.items():
+                setattr(makeup, key, value)
             refresh(stage.obj, stage.scene)
-            made = stage.wear("baked")
-            for name, value in before.items():
-                setattr(makeup, name, value)
+            made = stage.wear(name)
+            for key, value in before.items():
+                setattr(makeup, key, value)
         return made
 
     def rungs(self) -> Sequence[Made]:

@@ -9,14 +9,13 @@ from functools import partial
 
 import bpy
 
-from ...accuracy.calibrate import Frames
 from ...accuracy.commands import SceneLadders, SceneRequest
 from ...accuracy.ladder import Ladder
 from ...errors import MakeupError
 from ...makeup import Look
 from .. import looks, studio
-from ..highlights import lamps_for
 from ..reference import Restoring
+from .costs import costs_ladder
 from .diffusion import CYCLES, diffusion_ladder
 from .frame import frame_ladder
 from .gloss import gloss_ladder
@@ -30,6 +29,7 @@ LADDERS: dict[str, Callable[[Stage], Ladder]] = {
     "gloss": gloss_ladder,
     "picture": picture_ladder,
     "frame": frame_ladder,
+    "costs": costs_ladder,
 }
 
 
@@ -64,9 +64,7 @@ def open_scene(request: SceneRequest) -> SceneLadders:
         "size": f"{request.size[0]}x{request.size[1]}",
         "scene": f"{request.head.name}{f', {request.look.stem}' if request.look else ''}, camera {scene.camera.name}",
     }
-    return SceneLadders(
-        _ladders(stage), current_settings(obj, scene), about, frames_of(obj, scene, request.timed or request.samples)
-    )
+    return SceneLadders(_ladders(stage), current_settings(obj, scene), about)
 
 
 @contextmanager
@@ -85,14 +83,6 @@ def measured_scene(
             stage.close()
     finally:
         settings.restore()
-
-
-def frames_of(obj: bpy.types.Object, scene: bpy.types.Scene, samples: int) -> Frames:
-    """What the frames of a measurement hold: size, samples, films and lamps."""
-    share = scene.render.resolution_percentage / 100
-    pixels = scene.render.resolution_x * scene.render.resolution_y * share * share
-    films = sum(layer.enabled and layer.map is not None for layer in obj.km_makeup.layers)
-    return Frames(pixels / 1e6, samples, films, len(lamps_for(obj, scene).chosen))
 
 
 def _stage(
@@ -121,4 +111,4 @@ def current_settings(obj: bpy.types.Object, scene: bpy.types.Scene) -> tuple[str
     return tuple(found)
 
 
-__all__ = ["LADDERS", "current_settings", "frames_of", "measured_scene", "open_scene"]
+__all__ = ["LADDERS", "current_settings", "measured_scene", "open_scene"]

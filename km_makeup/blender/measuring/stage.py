@@ -50,6 +50,8 @@ class State:
     bounces: bool = True
     size: tuple[int, int] | None = None
     """In pixels; None: the scene's."""
+    scaled: bool = True
+    """Whether a frame for its time has its share of the samples."""
 
 
 @dataclass(frozen=True)
@@ -178,7 +180,7 @@ class Stage:
             self.timing()
 
     def _count(self, state: State) -> int:
-        return max(1, round(state.samples * self._share))
+        return max(1, round(state.samples * self._share)) if state.scaled else state.samples
 
     def white(self) -> tuple[float, float, float]:
         """What a white card reads."""

@@ -29,7 +29,8 @@ class KM_OT_measure(SteppedOperator, bpy.types.Operator):
         name="Reference", description="Samples of the path traced reference, a count", default=256, min=2, max=1 << 20
     )
     thorough: BoolProperty(
-        name="Thorough", description="Also diffusion and highlights, and seven timed runs instead of three"
+        name="Thorough",
+        description="Also diffusion, highlights and what each effect costs (which the plan then weighs), and seven timed runs instead of three",
     )
     folder: StringProperty(
         name="Folder", description="Where the page with plots and pictures is written; empty: only the panel shows it",
@@ -51,7 +52,7 @@ class KM_OT_measure(SteppedOperator, bpy.types.Operator):
         from ...measuring import measured_scene
 
         scene, results = context.scene, []
-        names = ("picture", "diffusion", "gloss") if self.thorough else ("picture",)
+        names = ("picture", "diffusion", "gloss", "costs") if self.thorough else ("picture",)
         with measured_scene(scene, obj, self.longest, self.reference, self.samples) as ladders:
             try:
                 for number, name in enumerate(names):
@@ -69,8 +70,8 @@ class KM_OT_measure(SteppedOperator, bpy.types.Operator):
         from ....accuracy.page import page
         from ....accuracy.report import machine, write_report
         from ... import measured
-        from ...calibration import calibration_file
-        from ...measuring.scene import current_settings, frames_of
+        from ...calibration import calibration_file, calibration_here
+        from ...measuring.scene import current_settings
 
         if not results:
             return "Nothing was measured"
@@ -78,8 +79,9 @@ class KM_OT_measure(SteppedOperator, bpy.types.Operator):
         measured.remember(obj, scene, results, made)
         file = calibration_file()
         if file is not None:  # the plan weighs costs by this machine's times from now on
-            frames = frames_of(obj, scene, self.samples)
-            calibration(results, frames, f"{made['processor']}, {made['cores']} cores", made["date"]).write(file)
+            costs = calibration(results, f"{made['processor']}, {made['cores']} cores", made["date"])
+            if costs is not None:
+                costs.over(calibration_here()).write(file)
         if not self.folder or (self.folder.startswith("//") and not bpy.data.filepath):
             return "Measured; save the file first to get the page as well" if self.folder else "Measured"
         folder = Path(bpy.path.abspath(self.folder))
