@@ -23,10 +23,10 @@ from .dressed import Dressed, settings
 from .picture import Wardrobe
 from .stage import Pixels, Stage, State
 
-SMALL, SMALL_SAMPLES = (640, 360), 8
-LARGE, LARGE_SAMPLES = (1920, 1080), 16
-QUICK_S = 0.5
-"""Seconds of a small frame below which large ones are timed: where a graphics card renders."""
+SIZES = (((320, 180), 4), ((640, 360), 8), ((1920, 1080), 16))
+"""Pixels and samples of the frames that are timed: the first where the processor draws, the last with a graphics card."""
+QUICK_S = 1.0
+"""Seconds of a frame below which larger ones are tried."""
 
 FORCED = ("finish", "lobe", "second_lobe", "normals", "dither", "subsurface")
 """Effects that are on unless they are turned off."""
@@ -39,7 +39,7 @@ def costs_ladder(stage: Stage) -> Ladder:
         names.LADDER,
         "What effects cost",
         "CIEDE2000",
-        f"a frame of {SMALL[0]}x{SMALL[1]} at {SMALL_SAMPLES} samples, or of {LARGE[0]}x{LARGE[1]} at {LARGE_SAMPLES} where that is quick",
+        "a frame of {0[0]}x{0[1]} at {1} samples, larger where that takes less than a second".format(*SIZES[0]),
         "the frame with everything on, of the same engine: what each effect is worth here",
         made.rungs(),
         before=made.choose_size,
@@ -63,7 +63,7 @@ class _Costs:
 
     def __post_init__(self) -> None:
         self.wardrobe, self.makers = Wardrobe(self.stage), Makers(self.stage)
-        self.size, self.samples = SMALL, SMALL_SAMPLES
+        self.size, self.samples = SIZES[0]
         self._worn: dict[tuple[str, ...], Dressed] = {}
         self._baked: Dressed | None = None
         self._whole: dict[str, Pixels] = {}
@@ -83,16 +83,17 @@ class _Costs:
         self.holds |= {"megapixels": self.size[0] * self.size[1] / 1e6, "samples": self.samples}
 
     def choose_size(self) -> Iterator[str]:
-        """Large frames where small ones are quick; yields what it does."""
+        """Larger frames while they are quick; yields what it does."""
         yield "how long a frame takes"
-        self.stage.bring(State(EEVEE, self.samples, self.wears(), size=self.size, scaled=False))
-        for _ in range(2):  # the first compiles
-            start = time.perf_counter()
-            self.stage.render()
-            took = time.perf_counter() - start
-        if took < QUICK_S:
-            self.size, self.samples = LARGE, LARGE_SAMPLES
-            self._hold()
+        for self.size, self.samples in SIZES:
+            self.stage.bring(State(EEVEE, self.samples, self.wears(), size=self.size, scaled=False))
+            for _ in range(2):  # the first compiles
+                start = time.perf_counter()
+                self.stage.render()
+                took = time.perf_counter() - start
+            if took > QUICK_S:
+                break
+        self._hold()
 
     @contextmanager
     def _without(self, off: Sequence[str], **values: object) -> Iterator[None]:
