@@ -20,6 +20,7 @@ from ..makeup.maps import CHANNELS
 from . import baking, gpu_images
 from .makeup import plan_of
 from .reducing import smaller
+from .update import stroking
 
 REST = 1.5
 """Seconds after the last stroke before images and files follow."""
@@ -187,6 +188,8 @@ def _head(follower: Follower) -> bpy.types.Object | None:
 
 def _when_at_rest() -> float | None:
     """A timer: when the brush has rested, the bake follows in small steps; ends when all is done."""
+    if stroking():
+        return REST
     left = False
     for follower in list(_followers.values()):
         if not follower.last_stroke:

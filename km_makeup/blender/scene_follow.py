@@ -81,11 +81,13 @@ def at_rest() -> float | None:
     """
     from .images import forget_statistics
     from .makeup import plan_of, planned, refresh
-    from .update import told
+    from .update import stroking, told
 
     wait = max(_painted.values(), default=-REST) + REST - time.monotonic()
     if wait > 0:
         return wait
+    if stroking():
+        return REST
     painted = set(_painted)
     _painted.clear()
     for scene in bpy.data.scenes:
@@ -115,10 +117,13 @@ def _decisions(plan: Plan) -> list[tuple]:
     return [(effect.key, effect.on, effect.reduced) for effect in plan.effects]
 
 
-def _rebuild() -> None:
+def _rebuild() -> float | None:
     from .makeup import refresh
-    from .update import told
+    from .update import stroking, told
 
+    if stroking():
+        return REST
     for scene in bpy.data.scenes:
         for obj in _heads(scene):
             told(obj, lambda one, scene=scene: refresh(one, scene))
+    return None

@@ -36,6 +36,15 @@ def paused() -> Iterator[None]:
         _paused -= 1
 
 
+def stroking() -> bool:
+    """Whether a brush is down in any window: Blender then holds on to the image, the mesh and the materials it paints, and ends with
+    a crash where they are built anew under it."""
+    windows = bpy.context.window_manager.windows
+    return any(
+        one.bl_idname.startswith(("PAINT_OT_", "SCULPT_OT_")) for window in windows for one in window.modal_operators
+    )
+
+
 def layer_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
     """A property of a layer changed: baked textures no longer show it, so the live path takes over."""
     _changed(self.id_data, stale=True)

@@ -88,7 +88,7 @@ def test_another_engine_plans_again_once_and_for_all_heads(both):
 
 
 def test_what_was_painted_is_planned_for_when_the_brush_rests(monkeypatch):
-    from km_makeup.blender import images, makeup, scene_follow
+    from km_makeup.blender import images, makeup, scene_follow, update
 
     head, other = two_heads()
     layer, clock = head.km_makeup.layers[0], [100.0]
@@ -112,6 +112,11 @@ def test_what_was_painted_is_planned_for_when_the_brush_rests(monkeypatch):
     clock[0] += scene_follow.REST
     built: list = []
     monkeypatch.setattr(makeup, "refresh", lambda obj, *a, build=makeup.refresh: built.append(obj) or build(obj, *a))
+    with monkeypatch.context() as down:
+        down.setattr(update, "stroking", lambda: True)
+        assert scene_follow.at_rest() == scene_follow.REST and built == [], (
+            "the next stroke has begun: it is asked again"
+        )
     assert scene_follow.at_rest() is None
     assert makeup.planned(head).effect("film:0").on and built == [head] and makeup.planned(other) is before
     layer.map.update_tag()

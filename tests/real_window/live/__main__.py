@@ -2,7 +2,7 @@
 
     python -m tests.real_window.live --result
 
-Exit status: 0 none, 1 some or the stroke laid nothing, 77 no program Blender can be had.
+Exit status: 0 none, 1 some, or a stroke laid nothing, or the head was built while the brush was down, 77 no program Blender can be had.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from tests import stamps
 from tests.real_window import installed
 from tests.real_window.window import Window
 
-COVERS = ["km_makeup/blender/__init__.py", "km_makeup/blender/update.py", "km_makeup/blender/painting.py", "tests/real_window/live"]  # fmt: skip
+COVERS = ["km_makeup/blender/__init__.py", "km_makeup/blender/update.py", "km_makeup/blender/scene_follow.py", "km_makeup/blender/painting.py", "tests/real_window/live"]  # fmt: skip
 
 
 def main() -> int:
@@ -44,14 +44,20 @@ def main() -> int:
     text = (
         f"A stroke of {found['moves']} moves over {found['seconds']:.1f} s laid product on {found['texels']} texels. Handlers of "
         f"KM Makeup on depsgraph or frame: {', '.join(found['handlers']) or 'none'}. Calls into its code while the brush moved: {calls} "
-        f"({found['milliseconds']:.2f} ms){': ' + ', '.join(f'{k} {v}' for k, v in found['calls'].items()) if calls else ''}.\n"
+        f"({found['milliseconds']:.2f} ms){': ' + ', '.join(f'{k} {v}' for k, v in found['calls'].items()) if calls else ''}.\n\n"
+        f"A second stroke, begun .3 s later and then held still, laid product on {found['second']} more; the head was built {found['built_under']} times "
+        f"while the brush was down, {found['built_after']} times once it rested.\n"
     )
     print(text)
     if "--result" in sys.argv:
         stamps.write_markdown(
             "live.md", "Python while the brush moves", "python -m tests.real_window.live --result", COVERS, text
         )
-    return 0 if not calls and found["texels"] else 1
+    return (
+        0
+        if not calls and found["texels"] and found["second"] and not found["built_under"] and found["built_after"]
+        else 1
+    )
 
 
 if __name__ == "__main__":

@@ -41,6 +41,30 @@ def count(frame: FrameType, event: str, argument: object) -> None:
         spent += 0 if entered else time.perf_counter() - start
 
 
+def painted(obj: bpy.types.Object) -> int:
+    """Texels of the first layer's map that hold product."""
+    image = obj.km_makeup.layers[0].map
+    values = np.empty(image.size[0] * image.size[1] * image.channels, np.float32)
+    image.pixels.foreach_get(values)
+    return int((values.reshape(-1, image.channels)[:, 0] > 0).sum())
+
+
+built: list[str] = []
+"""Heads that were built, by name."""
+
+
+def note_building() -> None:
+    from bl_ext.user_default.km_makeup.km_makeup.blender import makeup
+
+    original = makeup.refresh
+
+    def refresh(obj: bpy.types.Object, *arguments: object, **options: object) -> None:
+        built.append(obj.name)
+        original(obj, *arguments, **options)
+
+    makeup.refresh = refresh
+
+
 def stroke() -> Generator[float, None, None]:
     obj = scenes.head()
     obj.data.materials.append(scenes.skin(textured=True))
@@ -54,6 +78,7 @@ def stroke() -> Generator[float, None, None]:
     with bpy.context.temp_override(window=window, area=area, region=region):
         bpy.ops.view3d.view_axis(type="FRONT")
         bpy.ops.km_makeup.set_up("EXEC_DEFAULT", True, shading=False)
+    note_building()
     yield 1.0
     x, y = region.x + region.width // 3, region.y + region.height // 2
     window.event_simulate(type="MOUSEMOVE", value="NOTHING", x=x, y=y)
@@ -68,14 +93,21 @@ def stroke() -> Generator[float, None, None]:
     lasted = time.perf_counter() - start
     sys.setprofile(None)
     window.event_simulate(type="LEFTMOUSE", value="RELEASE", x=x + MOVES, y=y)
-    yield 0.5
-    image = obj.km_makeup.layers[0].map
-    values = np.empty(image.size[0] * image.size[1] * image.channels, np.float32)
-    image.pixels.foreach_get(values)
+    yield 0.3
+    first = painted(obj)
+    built.clear()
+    window.event_simulate(type="LEFTMOUSE", value="PRESS", x=x, y=y + 60)
+    for i in range(MOVES):  # begun before the head is planned for the first stroke, and not done when that is due
+        window.event_simulate(type="MOUSEMOVE", value="NOTHING", x=x + i, y=y + 60 + (i % 7))
+        yield 0.02
+    yield 1.5  # held still
+    during = len(built)
+    window.event_simulate(type="LEFTMOUSE", value="RELEASE", x=x + MOVES, y=y + 60)
+    yield 3.0
     ours = [f.__module__ for e in EVENTS for f in getattr(bpy.app.handlers, e) if "km_makeup" in f.__module__]
     result = {
         "moves": MOVES, "seconds": lasted, "calls": calls, "milliseconds": 1000 * spent, "handlers": ours,
-        "texels": int((values.reshape(-1, image.channels)[:, 0] > 0).sum()),
+        "texels": first, "second": painted(obj) - first, "built_under": during, "built_after": len(built),
     }  # fmt: skip
     Path(sys.argv[-1]).write_text(json.dumps(result))
     bpy.ops.wm.quit_blender()

@@ -25,7 +25,7 @@ from tests.real_window.window import Window
 
 HERE = Path(__file__).parent
 COVERS = [
-    "km_makeup/blender/update.py", "km_makeup/blender/painting.py", "km_makeup/blender/makeup.py",
+    "km_makeup/blender/update.py", "km_makeup/blender/scene_follow.py", "km_makeup/blender/painting.py", "km_makeup/blender/makeup.py",
     "km_makeup/blender/adding.py", "km_makeup/blender/images.py", "km_makeup/blender/fitting.py",
     "km_makeup/blender/nodes/groups.py", "km_makeup/blender/ui/layers", "km_makeup/blender/ui/layer",
     "tests/real_window/sequences",
