@@ -79,7 +79,8 @@ def test_every_state_can_be_made_and_the_file_is_afterwards_as_it_was(made_up):
     for build in builders:
         for rung in build(stage).rungs:
             rung.prepare()
-            rung.ready()
+            if build is not costs.costs_ladder:  # whose rungs render a frame first
+                rung.ready()
     stage.close()
     assert differing(scenes.file_text(), before)[:6] == []
     scene = made_up[1]

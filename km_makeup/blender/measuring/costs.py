@@ -174,7 +174,10 @@ class _Costs:
         state: list[State] = []
 
         def ready() -> None:
+            """A frame of one sample first: going from one rung's materials to another's costs seconds that no effect does."""
             if state:
+                self.stage.bring(replace(state[0], samples=1))
+                self.stage.render()
                 self.stage.bring(state[0])
 
         def prepare() -> Callable[[], object]:
