@@ -33,6 +33,9 @@ GAUSSIANS = 4
 LEAST_HALF = 0.3
 """Of a lamp behind the head, or seen from anywhere: skin that mirrors it at more than some 70 degrees is a thin rim."""
 
+PAINTED_SHARE = 0.2
+"""Of the map, that the layer to be painted is taken to cover at least, and of whatever lies beside it."""
+
 UNKNOWN_WORLD = 0.5
 """Radiance of a world that is not one colour, and strength of a sun in it: it is not read."""
 
@@ -76,7 +79,11 @@ def facts_known(obj: bpy.types.Object, scene: bpy.types.Scene) -> SceneFacts:
 
 
 def facts_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> SceneFacts:
-    """Facts about the object in its scene; in a window the active layer counts as the one to be painted."""
+    """Facts about the object in its scene.
+
+    In a window the active layer is the one to be painted: it counts as if it were there in its full thickness, in view, and on the
+    others, whatever its map holds now. So strokes call for nothing that is not built, and nothing is built while one paints.
+    """
     facts = _known[obj.session_uid] = _gathered(obj, scene)
     return facts
 
@@ -110,7 +117,7 @@ def _gathered(obj: bpy.types.Object, scene: bpy.types.Scene) -> SceneFacts:
     return replace(
         facts,
         layers=tuple(
-            replace(one, seen=i not in maps or where.shows(maps[i])) if one.map_max > 0 else one
+            replace(one, seen=one.edited or i not in maps or where.shows(maps[i])) if one.map_max > 0 else one
             for i, one in enumerate(layers)
         ),
         lamps=lamps,
@@ -118,7 +125,7 @@ def _gathered(obj: bpy.types.Object, scene: bpy.types.Scene) -> SceneFacts:
         world=_world(scene),
         skin=_skin(obj, scene),
         textures=TextureFacts(size, where.texels_per_mm(size), makeup.resolution),
-        meets=_meets(maps, present),
+        meets=_meets(maps, present, layers),
     )
 
 
@@ -146,17 +153,18 @@ def _layer(obj: bpy.types.Object, index: int, maps: Mapping[int, MapStatistics])
     alone = any(other.solo for other in obj.km_makeup.layers)
     shown = keyed.greatest(obj, index, "enabled", float(layer.enabled)) > 0
     thickness = thickness_of(obj, index)
+    painted = layer.map is not None and to_be_painted(obj, index)
     return LayerFacts(
         name=layer.name or product.name,
         product=product.id,
         thickness_mm=thickness / 1000,
-        map_max=layer.map_max,
-        coverage=layer.coverage,
+        map_max=max(layer.map_max, strength) if painted else layer.map_max,
+        coverage=max(layer.coverage, PAINTED_SHARE) if painted else layer.coverage,
         enabled=shown and (layer.solo or not alone),
         internal=product.interface == "internal",
         switch=Switch(layer.switch.lower()),
         mapped=layer.map is not None,
-        edited=index == obj.km_makeup.active and not bpy.app.background,
+        edited=to_be_painted(obj, index),
         keyed=keyed.names(obj, index),
         coat=coat(product, thickness),
         finish=Gloss(product.finish.roughness, product.finish.f0),
@@ -164,13 +172,23 @@ def _layer(obj: bpy.types.Object, index: int, maps: Mapping[int, MapStatistics])
     )
 
 
-def _meets(maps: Mapping[int, MapStatistics], present: list[int]) -> dict[tuple[int, ...], float]:
-    """By sets of two and three layers the share of the map that all of them cover."""
+def to_be_painted(obj: bpy.types.Object, index: int) -> bool:
+    """Whether a layer is the one that strokes go to, in a window."""
+    return index == obj.km_makeup.active and not bpy.app.background
+
+
+def _meets(
+    maps: Mapping[int, MapStatistics], present: list[int], layers: Sequence[LayerFacts]
+) -> dict[tuple[int, ...], float]:
+    """By sets of two and three layers the share of the map that all of them cover, or may come to cover."""
     found: dict[tuple[int, ...], float] = {}
     for size in (2, 3):
         for one in combinations(present, size):
             if size == 2 or all(found[pair] > 0 for pair in combinations(one, 2)):
-                found[one] = _joint(tuple(maps[i] for i in one))
+                others = tuple(i for i in one if not layers[i].edited)
+                painted = len(others) < len(one)
+                beside = layers[others[0]].coverage if len(others) == 1 else found.get(others, 0.0)
+                found[one] = max(_joint(tuple(maps[i] for i in one)), PAINTED_SHARE * beside if painted else 0.0)
     return found
 
 

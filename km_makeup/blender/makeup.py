@@ -19,7 +19,7 @@ from ..spectra import Bands, bands
 from . import compositor, fitting, keyed, udim
 from .calibration import calibration_here
 from .copies import MADE, ORIGINAL, delete, delete_unused, groups_in, put_back_joined
-from .facts import engines_of, facts_of, product_of, thickness_of
+from .facts import engines_of, facts_of, product_of, thickness_of, to_be_painted
 from .highlights import by_maps, film_highlights, finishes_of, highlights_of
 from .lobes import Highlights
 from .nodes.groups import (
@@ -234,10 +234,22 @@ def plan_of(
             layers=tuple(replace(x, seen=True) for x in facts.layers),
         )
     if makeup.everything:
-        return everything(facts)
+        return _said_of_strokes(obj, everything(facts))
     said = {one.name: Switch(one.switch.lower()) for one in makeup.overrides}
     budget = makeup.budget_ms if makeup.use_budget else None
-    return make_plan(facts, makeup.tolerance, said, budget, _plan_so_far(obj), calibration_here())
+    made = make_plan(facts, makeup.tolerance, said, budget, _plan_so_far(obj), calibration_here())
+    return _said_of_strokes(obj, made)
+
+
+def _said_of_strokes(obj: bpy.types.Object, plan: Plan) -> Plan:
+    """The plan, which says of the layer to be painted that it is planned for its strokes, not for what its map holds."""
+    films = tuple(
+        replace(one, reason="to be painted: planned as if it were there in full")
+        if one.on and to_be_painted(obj, index) and obj.km_makeup.layers[index].switch == "AUTO"
+        else one
+        for index, one in enumerate(plan.films)
+    )
+    return replace(plan, films=films)
 
 
 _plans: dict[int, Plan] = {}

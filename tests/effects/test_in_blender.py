@@ -87,51 +87,35 @@ def test_another_engine_plans_again_once_and_for_all_heads(both):
         assert targets == ({"EEVEE", "CYCLES"} if both else {"ALL"})
 
 
-def test_what_was_painted_is_planned_for_when_the_brush_rests(monkeypatch):
-    from km_makeup.blender import images, makeup, scene_follow, update
+def test_the_layer_to_be_painted_is_planned_as_if_it_were_there_in_full(monkeypatch):
+    """Its highlight and what it does to the films it comes to lie on are built before the first stroke, and stay however one paints."""
+    from km_makeup.blender import facts, images, makeup
 
-    head, other = two_heads()
-    layer, clock = head.km_makeup.layers[0], [100.0]
-    layer.map.pixels.foreach_set(np.tile(np.array([0, 0, 0, 1], np.float32), layer.map.size[0] * layer.map.size[1]))
-    images.forget_statistics(layer.map)
-    makeup.refresh(head)
-    assert not makeup.planned(head).effect("film:0").on
-    bpy.context.view_layer.objects.active = head
-    bpy.ops.object.mode_set(mode="TEXTURE_PAINT")
-    monkeypatch.setattr(scene_follow.time, "monotonic", lambda: clock[0])
-    before = makeup.planned(other)
-    layer.map.pixels.foreach_set(np.ones(4 * layer.map.size[0] * layer.map.size[1], np.float32))
-    layer.map.update()
-    layer.map.update_tag()
-    bpy.context.view_layer.update()
-    assert bpy.app.timers.is_registered(scene_follow.at_rest), "Blender tells of the stroke"
-    bpy.app.timers.unregister(scene_follow.at_rest)
-    clock[0] += scene_follow.REST / 2
-    assert scene_follow.at_rest() == pytest.approx(scene_follow.REST / 2)
-    assert not makeup.planned(head).effect("film:0").on
-    clock[0] += scene_follow.REST
-    built: list = []
-    monkeypatch.setattr(makeup, "refresh", lambda obj, *a, build=makeup.refresh: built.append(obj) or build(obj, *a))
-    with monkeypatch.context() as down:
-        down.setattr(update, "stroking", lambda: True)
-        assert scene_follow.at_rest() == scene_follow.REST and built == [], (
-            "the next stroke has begun: it is asked again"
-        )
-    assert scene_follow.at_rest() is None
-    assert makeup.planned(head).effect("film:0").on and built == [head] and makeup.planned(other) is before
-    layer.map.update_tag()
-    bpy.context.view_layer.update()
-    bpy.app.timers.unregister(scene_follow.at_rest)
-    clock[0] += 2 * scene_follow.REST
-    assert scene_follow.at_rest() is None and built == [head], "nothing is another now, so nothing is built"
-    layer.map.pixels.foreach_set(np.zeros(4 * layer.map.size[0] * layer.map.size[1], np.float32))
-    layer.map.update()
-    layer.map.update_tag()
-    bpy.context.view_layer.update()
-    bpy.app.timers.unregister(scene_follow.at_rest)
-    clock[0] += 2 * scene_follow.REST
-    assert scene_follow.at_rest() is None
-    assert not makeup.planned(head).effect("film:0").on, "what was erased is read again too"
+    head, _ = two_heads()
+    layer = head.km_makeup.layers[0]
+    size = layer.map.size[0] * layer.map.size[1]
+
+    def painted(value: float):
+        layer.map.pixels.foreach_set(np.tile(np.array([value, value, value, 1], np.float32), size))
+        images.forget_statistics(layer.map)
+        return makeup.refresh(head)
+
+    assert not painted(0.0).effect("film:0").on, "in a rendered file an empty map is no film"
+    monkeypatch.setattr(facts, "to_be_painted", lambda obj, index: index == obj.km_makeup.active)
+    monkeypatch.setattr(makeup, "to_be_painted", facts.to_be_painted)
+    empty = painted(0.0)
+    decided = [(effect.key, effect.on, effect.reduced) for effect in empty.effects]
+    assert empty.effect("film:0").on and empty.effect("lobe:0").on and "to be painted" in empty.effect("film:0").reason
+    for value in (1.0, 0.2, 0.0):
+        plan = painted(value)
+        assert [(effect.key, effect.on, effect.reduced) for effect in plan.effects] == decided
+    other = head.km_makeup.layers.add()
+    other.product, other.map = "foundation-light", images.image_from_map("Other", np.full((16, 16), 255, np.uint8))
+    head.km_makeup.active = 1
+    painted(0.0)
+    assert not makeup.refresh(head).effect("film:0").on, "another layer is painted now"
+    head.km_makeup.active = 0
+    assert (0, 1) in makeup.refresh(head).meeting, "strokes may lay it on the other"
 
 
 def test_blender_tells_of_engine_and_lamps_and_objects_are_looked_through_for_nothing_else(monkeypatch):

@@ -53,6 +53,13 @@ built: list[str] = []
 """Heads that were built, by name."""
 
 
+def planned_highlight(obj: bpy.types.Object) -> bool:
+    """Whether the layer's own highlight is built."""
+    from bl_ext.user_default.km_makeup.km_makeup.blender import makeup
+
+    return makeup.planned(obj).effect("lobe:0").on
+
+
 def note_building() -> None:
     from bl_ext.user_default.km_makeup.km_makeup.blender import makeup
 
@@ -79,6 +86,7 @@ def stroke() -> Generator[float, None, None]:
         bpy.ops.view3d.view_axis(type="FRONT")
         bpy.ops.km_makeup.set_up("EXEC_DEFAULT", True, shading=False)
     note_building()
+    highlight = planned_highlight(obj)
     yield 1.0
     x, y = region.x + region.width // 3, region.y + region.height // 2
     window.event_simulate(type="MOUSEMOVE", value="NOTHING", x=x, y=y)
@@ -97,7 +105,7 @@ def stroke() -> Generator[float, None, None]:
     first = painted(obj)
     built.clear()
     window.event_simulate(type="LEFTMOUSE", value="PRESS", x=x, y=y + 60)
-    for i in range(MOVES):  # begun before the head is planned for the first stroke, and not done when that is due
+    for i in range(MOVES):  # while what a first stroke may have called for is due
         window.event_simulate(type="MOUSEMOVE", value="NOTHING", x=x + i, y=y + 60 + (i % 7))
         yield 0.02
     yield 1.5  # held still
@@ -107,7 +115,7 @@ def stroke() -> Generator[float, None, None]:
     ours = [f.__module__ for e in EVENTS for f in getattr(bpy.app.handlers, e) if "km_makeup" in f.__module__]
     result = {
         "moves": MOVES, "seconds": lasted, "calls": calls, "milliseconds": 1000 * spent, "handlers": ours,
-        "texels": first, "second": painted(obj) - first, "built_under": during, "built_after": len(built),
+        "texels": first, "second": painted(obj) - first, "built_under": during, "built_after": len(built) - during, "highlight": highlight,
     }  # fmt: skip
     Path(sys.argv[-1]).write_text(json.dumps(result))
     bpy.ops.wm.quit_blender()
