@@ -72,6 +72,15 @@ def calibration(results: Sequence[Result], machine: str, date: str) -> Calibrati
     return Calibration(shading, _kept(_compositing(result), frame), machine, date[:10])
 
 
+def over(found: Calibration, before: Calibration) -> Calibration:
+    """Costs that were measured, and those from before for kinds that are lost in noise or that this scene does not have."""
+    engines = {
+        engine: {**before.shading_ms.get(engine, {}), **found.shading_ms.get(engine, {})}
+        for engine in dict.fromkeys((*before.shading_ms, *found.shading_ms))
+    }
+    return Calibration(engines, {**before.compositor_ms, **found.compositor_ms}, found.machine, found.measured)
+
+
 Sought = dict[str, tuple[Difference | None, float]]
 """By kind: the difference, and how many effects of the kind it holds."""
 
@@ -180,4 +189,4 @@ def answer(result: Result) -> str:
     )
 
 
-__all__ = ["Difference", "answer", "calibration", "difference"]
+__all__ = ["Difference", "answer", "calibration", "difference", "over"]

@@ -55,15 +55,9 @@ class Calibration:
         made = cls(shading, compositor, str(content.get("machine", "")), str(content.get("measured", "")))
         if path == SHIPPED:
             return made
-        return made.over(cls.shipped())
-
-    def over(self, base: Calibration) -> Calibration:
-        """These times, and those of another for kinds that these lack."""
-        engines = {
-            engine: {**base.shading_ms.get(engine, {}), **self.shading_ms.get(engine, {})}
-            for engine in dict.fromkeys((*base.shading_ms, *self.shading_ms))
-        }
-        return Calibration(engines, {**base.compositor_ms, **self.compositor_ms}, self.machine, self.measured)
+        base = cls.shipped()
+        engines = {e: {**base.shading_ms.get(e, {}), **shading.get(e, {})} for e in {*base.shading_ms, *shading}}
+        return cls(engines, {**base.compositor_ms, **compositor}, made.machine, made.measured)
 
     @classmethod
     def shipped(cls) -> Calibration:

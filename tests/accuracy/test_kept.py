@@ -92,6 +92,15 @@ def test_costs_are_differences_by_megapixel_and_sample(tmp_path, drift):
     )
 
 
+def test_kinds_that_were_not_measured_stay_what_they_were():
+    before = Calibration(
+        {"EEVEE": {"film": 1.0, "dither": 2.0}, "CYCLES": {"lobe": 3.0}}, {"group": 4.0}, "old", "2025-01-01"
+    )
+    found = calibrate.over(Calibration({"EEVEE": {"film": 9.0}}, {}, "new", "2026-01-31"), before)
+    assert found.shading_ms == {"EEVEE": {"film": 9.0, "dither": 2.0}, "CYCLES": {"lobe": 3.0}}
+    assert found.compositor_ms == {"group": 4.0} and (found.machine, found.measured) == ("new", "2026-01-31")
+
+
 def test_a_difference_lost_in_the_noise_is_left_to_the_default():
     found = calibrate.calibration([costs(jitter=0.4)], "", "")
     assert "second_lobe" not in found.shading_ms["EEVEE"] and "normals" not in found.shading_ms["EEVEE"]

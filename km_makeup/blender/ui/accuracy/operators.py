@@ -66,7 +66,7 @@ class KM_OT_measure(SteppedOperator, bpy.types.Operator):
 
     def _keep(self, obj: bpy.types.Object, scene: bpy.types.Scene, results: list) -> str:
         """Keep what was measured on the object, and write the page."""
-        from ....accuracy.calibrate import calibration
+        from ....accuracy.calibrate import calibration, over
         from ....accuracy.page import page
         from ....accuracy.report import machine, write_report
         from ... import measured
@@ -81,7 +81,7 @@ class KM_OT_measure(SteppedOperator, bpy.types.Operator):
         if file is not None:  # the plan weighs costs by this machine's times from now on
             costs = calibration(results, f"{made['processor']}, {made['cores']} cores", made["date"])
             if costs is not None:
-                costs.over(calibration_here()).write(file)
+                over(costs, calibration_here()).write(file)
         if not self.folder or (self.folder.startswith("//") and not bpy.data.filepath):
             return "Measured; save the file first to get the page as well" if self.folder else "Measured"
         folder = Path(bpy.path.abspath(self.folder))
