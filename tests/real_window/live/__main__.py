@@ -47,14 +47,15 @@ def main() -> int:
         f"({found['milliseconds']:.2f} ms){': ' + ', '.join(f'{k} {v}' for k, v in found['calls'].items()) if calls else ''}.\n\n"
         f"A second stroke, begun .3 s later and then held still, laid product on {found['second']} more. The head was built {found['built_under']} times "
         f"while its brush was down and {found['built_after']} times in the three seconds after it; the layer's highlight was "
-        f"{'there' if found['highlight'] else 'not there'} before the first stroke.\n"
+        f"{'there' if found['highlight'] else 'not there'} before the first stroke. "
+        f"Whether a brush is down is {'known' if found['stroking'] else 'NOT known'}.\n"
     )
     print(text)
     if "--result" in sys.argv:
         stamps.write_markdown(
             "live.md", "Python while the brush moves", "python -m tests.real_window.live --result", COVERS, text
         )
-    laid = found["texels"] and found["second"] and found["highlight"]
+    laid = found["texels"] and found["second"] and found["highlight"] and found["stroking"]
     return 0 if laid and not calls and not found["built_under"] and not found["built_after"] else 1
 
 

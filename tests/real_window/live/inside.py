@@ -60,6 +60,13 @@ def planned_highlight(obj: bpy.types.Object) -> bool:
     return makeup.planned(obj).effect("lobe:0").on
 
 
+def stroking() -> bool:
+    """What the extension takes for a brush that is down."""
+    from bl_ext.user_default.km_makeup.km_makeup.blender import update
+
+    return update.stroking()
+
+
 def note_building() -> None:
     from bl_ext.user_default.km_makeup.km_makeup.blender import makeup
 
@@ -109,13 +116,14 @@ def stroke() -> Generator[float, None, None]:
         window.event_simulate(type="MOUSEMOVE", value="NOTHING", x=x + i, y=y + 60 + (i % 7))
         yield 0.02
     yield 1.5  # held still
-    during = len(built)
+    during, down = len(built), stroking()
     window.event_simulate(type="LEFTMOUSE", value="RELEASE", x=x + MOVES, y=y + 60)
     yield 3.0
     ours = [f.__module__ for e in EVENTS for f in getattr(bpy.app.handlers, e) if "km_makeup" in f.__module__]
     result = {
         "moves": MOVES, "seconds": lasted, "calls": calls, "milliseconds": 1000 * spent, "handlers": ours,
         "texels": first, "second": painted(obj) - first, "built_under": during, "built_after": len(built) - during, "highlight": highlight,
+        "stroking": down and not stroking(),
     }  # fmt: skip
     Path(sys.argv[-1]).write_text(json.dumps(result))
     bpy.ops.wm.quit_blender()
