@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -75,11 +76,46 @@ _statistics: dict[tuple, MapStatistics] = {}
 _old: set[tuple] = set()
 
 
-def unsaved_maps() -> list[bpy.types.Image]:
-    """Cosmetic maps and exclusion masks with strokes that are neither in the .blend nor in their files."""
+_packed: dict[int, tuple[int, int]] = {}
+"""Size and checksum of what was packed last, by the session_uid of images."""
+
+
+def pack(image: bpy.types.Image) -> None:
+    """Pack an image with its strokes, and remember what was packed, for `mark_undone`."""
+    image.pack()
+    _packed[image.session_uid] = _held(image)
+
+
+def _held(image: bpy.types.Image) -> tuple[int, int]:
+    """Size and checksum of what is packed; zeros where nothing is."""
+    packed = image.packed_file
+    return (packed.size, zlib.crc32(packed.data)) if packed else (0, 0)
+
+
+def mark_undone() -> None:
+    """After an undo or a redo: maps whose packed bytes are no longer those that were packed last count as changed.
+
+    Blender brings back what was packed before, keeps the pixels, and takes them for what is packed: a file that is saved then, or
+    an image that is read again, would have lost the strokes.
+    """
+    for image in painted_maps():
+        last = _packed.get(image.session_uid)
+        if last is not None and not image.is_dirty and min(image.size) > 0 and _held(image) != last:
+            flat = np.empty(image.size[0] * image.size[1] * image.channels, np.float32)
+            image.pixels.foreach_get(flat)
+            image.pixels.foreach_set(flat)  # what is set counts as changed
+
+
+def painted_maps() -> list[bpy.types.Image]:
+    """Cosmetic maps and exclusion masks of this file, whether a layer uses them or not."""
     used = [image for obj in bpy.data.objects if obj.km_makeup.layers for image in _maps(obj)]
     used += [image for image in bpy.data.images if image.get(IMAGE_KIND) == COSMETIC_MAP and image.library is None]
-    return [image for image in dict.fromkeys(used) if image.is_dirty and image.users and min(image.size) > 0]
+    return list(dict.fromkeys(used))
+
+
+def unsaved_maps() -> list[bpy.types.Image]:
+    """Those of them with strokes that are neither in the .blend nor in their files."""
+    return [image for image in painted_maps() if image.is_dirty and image.users and min(image.size) > 0]
 
 
 def _maps(obj: bpy.types.Object) -> list[bpy.types.Image]:
@@ -121,7 +157,7 @@ def new_map(name: str, width: int, height: int, full_float: bool = False, value:
     image[IMAGE_KIND] = COSMETIC_MAP
     image.pixels.foreach_set(np.tile(np.array([value] * 3 + [1], np.float32), width * height))
     image.update()
-    image.pack()
+    pack(image)
     return image
 
 
@@ -137,7 +173,7 @@ def image_from_map(name: str, values: NDArray) -> bpy.types.Image:
     rgba[..., 3] = 1
     image.pixels.foreach_set(rgba.reshape(-1))
     image.update()
-    image.pack()
+    pack(image)
     return image
 
 
@@ -148,7 +184,7 @@ def keep(maps: Iterable[bpy.types.Image | None]) -> None:
             image.use_fake_user = True
             image[IMAGE_KIND] = COSMETIC_MAP
             if image.is_dirty and min(image.size) > 0:
-                image.pack()
+                pack(image)
 
 
 def shape_is_in_alpha(image: bpy.types.Image) -> bool:
@@ -165,7 +201,7 @@ def copy_of(image: bpy.types.Image) -> bpy.types.Image:
     twin.pixels.foreach_set(pixels(image).reshape(-1))
     twin[IMAGE_KIND] = COSMETIC_MAP
     twin.update()
-    twin.pack()
+    pack(twin)
     return twin
 
 
@@ -193,7 +229,7 @@ def load_map(path: str, channel: str, values: NDArray) -> bpy.types.Image:
     image.colorspace_settings.name = "Non-Color"
     image[IMAGE_KIND] = COSMETIC_MAP
     if not image.packed_file:
-        image.pack()
+        pack(image)
     return image
 
 

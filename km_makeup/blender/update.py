@@ -132,6 +132,7 @@ def after_undo(*_: object) -> None:
 
     _undone += 1
     images.forget_statistics()
+    images.mark_undone()
     for scene in bpy.data.scenes:
         for obj in scene.objects:
             if obj.km_makeup.layers and obj.mode == "TEXTURE_PAINT":
@@ -141,10 +142,10 @@ def after_undo(*_: object) -> None:
 @bpy.app.handlers.persistent
 def keep_painted_maps(*_: object) -> None:
     """Before the .blend is saved: strokes on maps go into it, which Blender leaves to a question on closing."""
-    from .images import unsaved_maps
+    from .images import pack, unsaved_maps
 
     for image in unsaved_maps():
-        image.pack()
+        pack(image)
 
 
 @bpy.app.handlers.persistent

@@ -324,3 +324,31 @@ def test_a_layer_is_removed_and_can_be_undone_though_another_has_no_product(made
         bpy.ops.km_makeup.layer_remove()
     assert said["x"] == {"FINISHED"}
     assert len(made_up.km_makeup.layers) == 2
+
+
+def test_strokes_packed_before_an_undo_are_saved_after_it(tmp_path):
+    """Undo brings the older packed bytes back and keeps the pixels: without a mark the file would be saved without the strokes."""
+    import bpy
+
+    from km_makeup.blender import images, update
+
+    image = images.new_map("Map", 16, 16)
+    image.use_fake_user = True
+    painted = np.tile(np.array([0.5, 0.5, 0.5, 1], np.float32), 256)
+    bpy.ops.ed.undo_push(message="before")
+    image.pixels.foreach_set(painted)
+    images.keep([image])
+    assert not image.is_dirty
+    bpy.ops.ed.undo_push(message="a layer was removed")
+    bpy.ops.ed.undo()
+    image = bpy.data.images["Map"]
+    found = np.empty(1024, np.float32)
+    image.pixels.foreach_get(found)
+    assert abs(found[0] - 0.5) < 0.01, "Blender keeps the pixels"
+    update.after_undo()
+    update.keep_painted_maps()
+    assert not image.is_dirty
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "saved.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "saved.blend"))
+    bpy.data.images["Map"].pixels.foreach_get(found)
+    np.testing.assert_allclose(found, painted, atol=0.005)

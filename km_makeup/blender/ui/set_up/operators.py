@@ -159,11 +159,11 @@ class KM_OT_keep_maps(MakeupOperator, bpy.types.Operator):
         return super().hindrance(context) or ("" if unsaved_maps() else "All maps are kept in the file already")
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> str:
-        from ...images import unsaved_maps
+        from ...images import pack, unsaved_maps
 
         packed = unsaved_maps()
         for image in packed:
-            image.pack()
+            pack(image)
         return f"Packed {len(packed)} maps; save the .blend to keep them"
 
 
