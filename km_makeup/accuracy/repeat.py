@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import statistics
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -38,7 +40,7 @@ class Agreement:
 def agreement(first: Result, second: Result) -> Agreement:
     """Compare two measurements of one ladder.
 
-    Ratios are to the geometric mean of all rungs, so that no single rung carries the others. Rungs are out of order where
+    Ratios are to the geometric mean of all rungs, round by round, so that no single rung and no busy moment carries the others. Rungs are out of order where
     both measurements tell them apart (ALIKE), and by opposite signs.
     """
     a, b = _relative(first), _relative(second)
@@ -53,10 +55,16 @@ def agreement(first: Result, second: Result) -> Agreement:
 
 
 def _relative(result: Result) -> dict[str, float]:
-    product = 1.0
-    for rung in result.rungs:
-        product *= (rung.times.later / fastest(result)) ** (1 / len(result.rungs))
-    return {rung.name: rung.times.later / fastest(result) / product for rung in result.rungs}
+    """Times over the geometric mean of all rungs: the median of the rounds, in each of which all rungs were slowed alike."""
+    rungs = result.rungs
+    rounds = list(zip(*(rung.times.runs for rung in rungs), strict=False)) or [
+        tuple(rung.times.later for rung in rungs)
+    ]
+    means = [math.prod(times) ** (1 / len(times)) if min(times) > 0 else fastest(result) for times in rounds]
+    return {
+        rung.name: statistics.median(times[number] / mean for times, mean in zip(rounds, means))
+        for number, rung in enumerate(rungs)
+    }
 
 
 __all__ = ["TOLERANCE", "Agreement", "agreement"]

@@ -201,6 +201,21 @@ def test_two_measurements_agree_when_one_machine_is_slower_by_a_factor():
     assert not found.holds and found.out_of_order == ("b and c",)
 
 
+def test_busy_moments_that_slow_a_whole_round_do_not_change_ratios():
+    def measured(slow: tuple[float, ...]) -> ladder.Result:
+        quiet = {"a": 0.010, "b": 0.020, "c": 0.031}
+        rungs = []
+        for name, seconds in quiet.items():
+            runs = tuple(seconds * by for by in slow)
+            # the median of one rung falls into a busy round, that of the others does not
+            later = runs[0] if name == "b" else seconds
+            rungs.append(replace(at(name, 1, later), times=Times(0, later, later, 0, 0, runs)))
+        return ladder.Result(small(), rungs)
+
+    found = repeat.agreement(measured((3.0, 1.0, 1.5)), measured((1.0, 1.0, 1.0)))
+    assert found.holds and found.worst == pytest.approx(1)
+
+
 def test_short_runs_are_made_until_they_can_be_timed():
     now = 0.0
     calls = []
