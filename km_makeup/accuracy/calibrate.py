@@ -129,14 +129,11 @@ def _rest(
 
 
 def _compositing(result: Result) -> Sought:
-    def of(plus: Sequence[str], minus: Sequence[str]) -> Difference | None:
-        return difference(result, plus, minus)
-
     return {
-        "passes": (of([NO_GAUSSIAN], [f"EEVEE, {NO_SCATTERING}"]), 1),
-        "gaussian": (of([ALL_GAUSSIANS], [ONE_GAUSSIAN]), 5),
-        "group": (of([ONE_GAUSSIAN] * 6, [NO_GAUSSIAN] * 5 + [ALL_GAUSSIANS]), 5),
-        "depth_aware": (of([ALL_GAUSSIANS], [ACROSS]), 1),
+        "passes": (difference(result, [NO_GAUSSIAN], [f"EEVEE, {NO_SCATTERING}"]), 1),
+        "gaussian": (difference(result, [ALL_GAUSSIANS], [ONE_GAUSSIAN]), 5),
+        "group": (difference(result, [ONE_GAUSSIAN] * 6, [NO_GAUSSIAN] * 5 + [ALL_GAUSSIANS]), 5),
+        "depth_aware": (difference(result, [ALL_GAUSSIANS], [ACROSS]), 1),
     }
 
 
