@@ -9,6 +9,18 @@ from ..errors import MakeupError
 MAP_SIZE = 2048
 """Width and height in texels of the first map of a head; later ones have the size of those that are there."""
 
+LARGEST = 4096
+"""Width and height of the first map where UDIM tiles share it: as much to a tile as a head has alone, up to this."""
+
+
+def first_size(obj: bpy.types.Object) -> tuple[int, int]:
+    """Width and height of the first map of an object that is set up."""
+    from . import udim
+
+    layout = udim.layout_of(obj.data, obj.km_makeup.uv_map)
+    side = min(MAP_SIZE * layout.columns, LARGEST) if layout else MAP_SIZE
+    return side, side
+
 
 def add_layer(context: bpy.types.Context, obj: bpy.types.Object, product_id: str) -> bpy.types.PropertyGroup:
     """A layer of the product on top, selected, with an empty map; the brush paints on it.
@@ -22,9 +34,9 @@ def add_layer(context: bpy.types.Context, obj: bpy.types.Object, product_id: str
     product = library().find(product_id)
     if not obj.km_makeup.slots:
         makeup.set_up(obj)
-    udim.check_skin([entry.original for entry in obj.km_makeup.slots if entry.original])
+    udim.check_gathered(obj, [entry.original for entry in obj.km_makeup.slots if entry.original])
     sizes = [layer.map.size[:] for layer in obj.km_makeup.layers if layer.map]
-    width, height = max(sizes) if sizes else (MAP_SIZE, MAP_SIZE)
+    width, height = max(sizes) if sizes else first_size(obj)
     active, image = obj.km_makeup.active, images.new_map(f"{obj.name} {product.name}", width, height)
     try:
         with one_update(obj), paused():

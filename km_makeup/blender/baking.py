@@ -19,6 +19,7 @@ from ..effects import Plan
 from ..errors import MakeupError
 from ..files import check_folder, ensure_folder
 from ..makeup import interface_of
+from ..makeup.maps import resized
 from ..spectra import bands
 from ..steps import result_of
 from . import gpu_bake, images
@@ -131,7 +132,7 @@ def request_of(obj: bpy.types.Object, plan: Plan) -> Request:
                 f"{obj.name!r}: the finished albedo needs the skin's colour as one image on the UV map "
                 f"{makeup.uv_map!r}; bake without Finished Albedo, or bake the skin's colour to an image first."
             )
-        texture = skin_texture(skin.texture, maps[0].shape, space)
+        texture = skin.texture.linear(maps[0].shape)
     return Request(
         coats=coats,
         maps=maps,
@@ -180,33 +181,6 @@ def past_islands(obj: bpy.types.Object, shape: tuple[int, ...]) -> Dilation:
 
 KEPT = 4
 _past: dict[tuple, Dilation] = {}
-
-
-def skin_texture(image: bpy.types.Image, shape: tuple[int, ...], space: str) -> NDArray[np.float32]:
-    """An image as linear RGB (height, width, 3) of the working space, at the shape asked for."""
-    linear = images.linear_colours(images.pixels(image)[..., :3], image, space)
-    return np.stack([resized(np.ascontiguousarray(linear[..., i]), shape) for i in range(3)], axis=-1).astype(
-        np.float32
-    )
-
-
-def resized(values: NDArray, size: int | tuple[int, ...] | None) -> NDArray:
-    """A channel (height, width) at another size, bilinear between texel centres; bytes stay bytes when unchanged."""
-    if size is None:
-        return values
-    height, width = (size, size) if isinstance(size, int) else size
-    if values.shape == (height, width):
-        return values
-    scale = 255.0 if values.dtype == np.uint8 else 1.0
-    grid = values.astype(np.float32) / np.float32(scale)
-    for axis, count in ((0, height), (1, width)):
-        old = grid.shape[axis]
-        place = np.clip((np.arange(count) + 0.5) * old / count - 0.5, 0, old - 1)
-        low = np.floor(place).astype(int)
-        high = np.minimum(low + 1, old - 1)
-        part = (place - low).astype(np.float32).reshape((-1, 1) if axis == 0 else (1, -1))
-        grid = np.take(grid, low, axis) * (1 - part) + np.take(grid, high, axis) * part
-    return grid
 
 
 def _top_first(request: Request) -> Request:

@@ -22,10 +22,11 @@ from ..makeup import interface_of
 from ..makeup.flat import Surface, flattened, linear_bytes, relative_f0, srgb_bytes
 from ..spectra import bands, convert
 from ..steps import Steps, result_of
-from . import images
+from . import images, udim
 from .baking import layer_maps
 from .flat_materials import FlatSkin, flat_skin, plain_material
 from .makeup import light_of, plan_of, remove, skin_under, stack_of
+from .skin import SkinTexture
 from .update import paused
 
 LINEAR = "Linear Rec.709"
@@ -155,6 +156,8 @@ def _textures(skin: FlatSkin, colour: NDArray, surface: Surface, shape: tuple[in
     }
     if np.any(surface.coat):
         textures["coat"] = surface.coat
+    if skin.normals is not None:
+        textures["normal"] = skin.normals.linear(shape)
     whole = {key: np.broadcast_to(np.asarray(v, np.float32), shape + np.shape(v)[2:]) for key, v in textures.items()}
     return _Skin(skin, whole, ior, suffix)
 
@@ -260,7 +263,7 @@ class _Staged:
 def _not_an_input(obj: bpy.types.Object, skins: Sequence[_Skin], path: Path) -> None:
     """MakeupError where a file would replace a texture of the skin or a map."""
     used = [layer.map for layer in obj.km_makeup.layers] + [obj.km_makeup.exclusion]
-    used += [one for skin in skins for one in skin.skin.inputs.values() if isinstance(one, bpy.types.Image)]
+    used += [one.image for skin in skins for one in skin.skin.inputs.values() if isinstance(one, SkinTexture)]
     for image in used:
         if image is None or not image.filepath or not path.exists():
             continue
@@ -322,6 +325,7 @@ def _copy(
     """A copy of the object and its mesh without makeup, wearing the plain materials, in the scene."""
     twin = obj.copy()
     twin.name, twin.data = name, obj.data.copy()
+    udim.release(twin.data)
     with paused():
         twin.property_unset("km_makeup")
     scene.collection.objects.link(twin)
@@ -374,6 +378,7 @@ def _put_in_scene(
         worn = [(entry.index, entry.original) for entry in obj.km_makeup.slots]
         images.keep(layer.map for layer in obj.km_makeup.layers)
         images.keep([obj.km_makeup.exclusion])
+        udim.release(obj.data)
         remove(obj)
         wear = {one.skin.material: plain for one, plain in zip(skins, materials)}
         for index, original in worn:

@@ -276,7 +276,7 @@ def _something_glows(scene: bpy.types.Scene) -> bool:
 
 def _skin(obj: bpy.types.Object, scene: bpy.types.Scene) -> SkinFacts:
     originals = [entry.original for entry in obj.km_makeup.slots if entry.original is not None]
-    skin = skin_of(originals, obj.km_makeup.uv_map)
+    skin = skin_of(originals, obj)
     order = np.argsort(skin.colours.mean(axis=1))
     chosen = skin.colours[list(dict.fromkeys((order[len(order) // 2], order[0], order[-1])))]
     colours = [skin.mean, *chosen] if len(skin.colours) > 1 else [skin.mean]

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from ..errors import MakeupError
 from ..makeup.flat import Surface, f0_of_ior
 from .shaders import NORMAL_MAP, PRINCIPLED, outputs_of, shader_nodes
+from .skin import SkinTexture, image_node, on_makeup_map
+from .udim import is_tiled
 
 READ = {
     "Base Color": "colour", "Roughness": "roughness", "Specular IOR Level": "specular", "Subsurface Weight": "subsurface weight",
@@ -30,18 +32,20 @@ INPUT = {
 
 @dataclass(frozen=True)
 class FlatSkin:
-    """A skin material as one Principled: what feeds its inputs, by name, an image or a constant (1 or 3 values)."""
+    """A skin material as one Principled: what feeds its inputs, by name, a texture or a constant (1 or 3 values)."""
 
     material: bpy.types.Material
     shader: bpy.types.Node
-    inputs: Mapping[str, bpy.types.Image | NDArray]
+    inputs: Mapping[str, SkinTexture | NDArray]
     ior: float
     left_out: tuple[str, ...]
     """Inputs that other nodes feed and that the plain material takes as constants."""
+    normals: SkinTexture | None
+    """Its normal map where that is tiled, and so becomes a texture too; a single image is used as it is."""
 
     def shapes(self) -> list[tuple[int, int]]:
         """(height, width) of its textures."""
-        return [(one.size[1], one.size[0]) for one in self.inputs.values() if isinstance(one, bpy.types.Image)]
+        return [one.shape for one in self.inputs.values() if isinstance(one, SkinTexture)]
 
     def colour(self, shape: tuple[int, ...]) -> NDArray[np.float32]:
         """Linear colour (height, width, 3) in the working space."""
@@ -67,12 +71,8 @@ class FlatSkin:
         return (values @ (luminance / luminance.sum())).astype(np.float32)
 
 
-def _array(one: bpy.types.Image | NDArray, shape: tuple[int, ...]) -> NDArray:
-    from .baking import skin_texture
-
-    if isinstance(one, bpy.types.Image):
-        return skin_texture(one, shape, bpy.data.colorspace.working_space)
-    return one
+def _array(one: SkinTexture | NDArray, shape: tuple[int, ...]) -> NDArray:
+    return one.linear(shape) if isinstance(one, SkinTexture) else one
 
 
 def flat_skin(obj: bpy.types.Object, material: bpy.types.Material) -> FlatSkin:
@@ -93,43 +93,24 @@ def flat_skin(obj: bpy.types.Object, material: bpy.types.Material) -> FlatSkin:
     if shader.inputs["Normal"].is_linked and _normal_image(shader) is None:
         left_out.append("Normal")
     ior = shader.inputs["IOR"].default_value
-    return FlatSkin(material, shader, inputs, float(ior), tuple(left_out))
+    return FlatSkin(material, shader, inputs, float(ior), tuple(left_out), _tiled_normals(obj, shader))
 
 
 def _feeding(
     obj: bpy.types.Object, material: bpy.types.Material, socket: bpy.types.NodeSocket, what: str
-) -> bpy.types.Image | NDArray:
+) -> SkinTexture | NDArray:
     if not socket.is_linked:
         value = socket.default_value
         return np.asarray(value if isinstance(value, float) else tuple(value)[:3], np.float32)
-    image = _single_image(obj, socket)
-    if image is None:
+    node = image_node(socket)
+    texture = on_makeup_map(node, obj) if node is not None else None
+    if texture is None:
         raise MakeupError(
             f"The {what} of {material.name!r} comes from nodes, and is not one image on the UV map "
             f"{obj.km_makeup.uv_map!r} or a constant: bake it to an image there (Properties > Render > Bake), connect that "
             "to the shader, and export again."
         )
-    return image
-
-
-def _single_image(obj: bpy.types.Object, socket: bpy.types.NodeSocket) -> bpy.types.Image | None:
-    """The image that feeds a socket with nothing between, laid out by the makeup's UV map and nothing else."""
-    node = socket.links[0].from_node
-    out = socket.links[0].from_socket
-    while node.bl_idname == "NodeReroute" and node.inputs[0].is_linked:
-        node, out = node.inputs[0].links[0].from_node, node.inputs[0].links[0].from_socket
-    if node.bl_idname != "ShaderNodeTexImage" or node.image is None or out.name != "Color" or node.mute:
-        return None
-    uv_map = obj.km_makeup.uv_map
-    drawn = next((layer.name for layer in obj.data.uv_layers if layer.active_render), "")
-    vector = node.inputs["Vector"]
-    if vector.is_linked:
-        source, place = vector.links[0].from_node, vector.links[0].from_socket.name
-        if source.bl_idname == "ShaderNodeUVMap":
-            drawn = source.uv_map or drawn
-        elif source.bl_idname != "ShaderNodeTexCoord" or place != "UV":
-            return None
-    return node.image if drawn == uv_map and node.projection == "FLAT" else None
+    return texture
 
 
 def _normal_image(shader: bpy.types.Node) -> bpy.types.Node | None:
@@ -142,10 +123,15 @@ def _normal_image(shader: bpy.types.Node) -> bpy.types.Node | None:
     return image if image.bl_idname == "ShaderNodeTexImage" and not image.inputs["Vector"].is_linked else None
 
 
+def _tiled_normals(obj: bpy.types.Object, shader: bpy.types.Node) -> SkinTexture | None:
+    node = _normal_image(shader)
+    return on_makeup_map(node, obj) if node is not None and is_tiled(node.image) else None
+
+
 def plain_material(
     name: str, skin: FlatSkin, uv_map: str, textures: Mapping[str, bpy.types.Image], ior: float
 ) -> bpy.types.Material:
-    """A material of one Principled, with the skin's constants and textures by their names (`INPUT`, ``base_color``)."""
+    """A material of one Principled, with the skin's constants and textures by their names (`INPUT`, ``base_color``, ``normal``)."""
     material = bpy.data.materials.new(name)
     tree = material.node_tree
     shader = next(node for node in tree.nodes if node.bl_idname == PRINCIPLED)
@@ -161,6 +147,9 @@ def plain_material(
         node = tree.nodes.new("ShaderNodeTexImage")
         node.image, node.location = image, (-640, 320 - 280 * number)
         tree.links.new(place.outputs["UV"], node.inputs["Vector"])
+        if key == "normal":
+            _keep_normal_map(skin, shader, node, place.uv_map)
+            continue
         source = node.outputs["Alpha" if key == "specular" and image.channels == 4 and image.depth == 32 else "Color"]
         if key == "specular":  # 0.5 is the F0 of the IOR; glTF counts the same as 1
             half = tree.nodes.new("ShaderNodeMath")
@@ -169,20 +158,20 @@ def plain_material(
             tree.links.new(source, half.inputs[0])
             source = half.outputs[0]
         tree.links.new(source, shader.inputs[INPUT.get(key, "Base Color")])
-    _keep_normal_map(skin, tree, shader, place)
+    image = _normal_image(skin.shader)
+    if image is not None and "normal" not in textures:
+        node, mapped = tree.nodes.new("ShaderNodeTexImage"), skin.shader.inputs["Normal"].links[0].from_node
+        node.image, node.location = image.image, (-640, -1160)
+        _keep_normal_map(skin, shader, node, mapped.uv_map)
     return material
 
 
-def _keep_normal_map(skin: FlatSkin, tree: bpy.types.NodeTree, shader: bpy.types.Node, place: bpy.types.Node) -> None:
-    image = _normal_image(skin.shader)
-    if image is None:
-        return
-    old = skin.shader.inputs["Normal"].links[0].from_node
-    node, texture = tree.nodes.new(NORMAL_MAP), tree.nodes.new("ShaderNodeTexImage")
-    node.location, texture.location = (-320, -900), (-640, -1160)
-    node.space, node.uv_map = old.space, old.uv_map or place.uv_map
+def _keep_normal_map(skin: FlatSkin, shader: bpy.types.Node, texture: bpy.types.Node, uv_map: str) -> None:
+    """Feed the shader's normal from a texture, as the skin's own normal map did."""
+    tree, old = shader.id_data, skin.shader.inputs["Normal"].links[0].from_node
+    node = tree.nodes.new(NORMAL_MAP)
+    node.location = (-320, texture.location[1])
+    node.space, node.uv_map = old.space, uv_map
     node.inputs["Strength"].default_value = old.inputs["Strength"].default_value
-    texture.image = image.image
-    tree.links.new(place.outputs["UV"], texture.inputs["Vector"])
     tree.links.new(texture.outputs["Color"], node.inputs["Color"])
     tree.links.new(node.outputs["Normal"], shader.inputs["Normal"])

@@ -9,7 +9,8 @@ from ..errors import MakeupError
 from ..makeup.correspondence import Head
 from ..makeup.landmarks import NAMES, propose
 from ..makeup.surface import Surface, uv_fingerprint
-from .makeup import usable_slots
+from . import udim
+from .makeup import skin_slots
 from .triangles import triangles_of
 
 
@@ -19,21 +20,21 @@ def surface_of(obj: bpy.types.Object) -> Surface:
     Raises MakeupError where the mesh has no faces there.
     """
     found = triangles_of(obj.data, uv_map_of(obj))
-    kept = np.isin(found.slots, skin_slots(obj)) if len(obj.material_slots) else np.ones(len(found), bool)
+    kept = np.isin(found.slots, slots_of(obj)) if len(obj.material_slots) else np.ones(len(found), bool)
     if not kept.any():
         raise MakeupError(f"{obj.name!r} has no faces in its skin's material slots; assign the skin material to them.")
     scale = np.array(obj.matrix_world.to_scale(), np.float64)
-    corners = found.uv[found.of_corners][kept].astype(float)
+    corners = makeup_uv(obj)[found.of_corners][kept].astype(float)
     return Surface(found.vertices * scale, found.of_vertices[kept].astype(np.int64), corners)
 
 
-def skin_slots(obj: bpy.types.Object) -> list[int]:
+def slots_of(obj: bpy.types.Object) -> list[int]:
     """Indices of the material slots that makeup lies on, or would after Set Up."""
-    return [entry.index for entry in obj.km_makeup.slots] or usable_slots(obj)
+    return [entry.index for entry in obj.km_makeup.slots] or skin_slots(obj)
 
 
 def uv_map_of(obj: bpy.types.Object) -> str:
-    """The UV map that the cosmetic maps lie on, or would after Set Up; MakeupError where there is none."""
+    """The UV map that makeup lies on, or that Set Up would start from; MakeupError where there is none."""
     layers = obj.data.uv_layers
     if obj.km_makeup.uv_map in layers:
         return str(obj.km_makeup.uv_map)
@@ -42,12 +43,20 @@ def uv_map_of(obj: bpy.types.Object) -> str:
     return next((layer.name for layer in layers if layer.active_render), layers[0].name)
 
 
+def makeup_uv(obj: bpy.types.Object) -> np.ndarray:
+    """UVs (face corners, 2) that the cosmetic maps lie on, or would after Set Up, with the tiles of a UDIM skin gathered."""
+    name, slots = uv_map_of(obj), slots_of(obj)
+    held = [obj.material_slots[i].material for i in slots if i < len(obj.material_slots)]
+    if not obj.km_makeup.slots and udim.tiled_texture([one for one in held if one is not None]):
+        return udim.gathered(obj, udim.source_of(obj.data, name), slots, obj.km_makeup.tiles)[1]
+    uv = np.empty(len(obj.data.loops) * 2, np.float32)
+    obj.data.uv_layers[name].uv.foreach_get("vector", uv)
+    return uv.reshape(-1, 2)
+
+
 def uv_layout_of(obj: bpy.types.Object) -> str:
-    """The fingerprint of the object's UV layout (all of its faces)."""
-    layer = obj.data.uv_layers[uv_map_of(obj)]
-    uv = np.empty(len(layer.uv) * 2, np.float32)
-    layer.uv.foreach_get("vector", uv)
-    return uv_fingerprint(uv)
+    """The fingerprint of the UV layout that makeup lies on (all of the object's faces)."""
+    return uv_fingerprint(makeup_uv(obj).reshape(-1))
 
 
 def landmarks_of(obj: bpy.types.Object) -> dict[str, np.ndarray]:

@@ -14,6 +14,7 @@ from ..errors import MakeupError
 from ..makeup.maps import CHANNELS, check_map
 from ..makeup.statistics import MapStatistics
 from ..makeup.statistics import statistics as map_statistics
+from ..makeup.udim import TileLayout
 from . import udim
 
 IMAGE_KIND = "km_makeup_image"
@@ -202,6 +203,25 @@ def copy_of(image: bpy.types.Image) -> bpy.types.Image:
     twin[IMAGE_KIND] = COSMETIC_MAP
     twin.update()
     pack(twin)
+    return twin
+
+
+def rearranged(image: bpy.types.Image, old: TileLayout, new: TileLayout, keep_old: bool) -> bpy.types.Image:
+    """A packed map with what is painted on the tiles of another layout; all four channels, and the name.
+
+    ``keep_old`` keeps the map itself in the file, since some of its tiles have no place any more.
+    """
+    values = pixels(image)
+    planes = [new.rearranged(np.ascontiguousarray(values[..., i]), old) for i in range(4)]
+    height, width = planes[0].shape
+    twin = bpy.data.images.new(image.name, width, height, alpha=image.channels == 4, float_buffer=image.is_float, is_data=True)
+    twin[IMAGE_KIND] = COSMETIC_MAP
+    planes[3][:] = np.where(planes[3] == 0, 1, planes[3]) if image.channels < 4 else planes[3]
+    twin.pixels.foreach_set(np.stack(planes, axis=-1).reshape(-1))
+    twin.update()
+    pack(twin)
+    if keep_old:
+        keep([image])
     return twin
 
 

@@ -14,9 +14,10 @@ import numpy as np
 from ..effects import Engine, Plan, Switch, everything, make_plan
 from ..errors import MakeupError
 from ..makeup import Coat, coat, interface_of
+from ..makeup.udim import TileLayout
 from ..products import Product
 from ..spectra import Bands, bands
-from . import compositor, fitting, keyed, udim
+from . import compositor, fitting, images, keyed, udim
 from .calibration import calibration_here
 from .copies import MADE, ORIGINAL, delete, delete_unused, groups_in, put_back_joined
 from .facts import engines_of, facts_of, product_of, thickness_of, to_be_painted
@@ -63,6 +64,7 @@ def set_up(obj: bpy.types.Object, slots: list[int] | None = None, uv_map: str | 
             f"{obj.name!r} has no UV map, so there is nothing to paint on; unwrap it first (UV > Unwrap)."
         )
     uv_map = uv_map or next((layer.name for layer in layers if layer.active_render), layers[0].name)
+    uv_map = udim.source_of(obj.data, uv_map)
     if uv_map not in layers:
         raise MakeupError(
             f"{obj.name!r} has no UV map named {uv_map!r}; it has {', '.join(layer.name for layer in layers)}."
@@ -74,7 +76,9 @@ def set_up(obj: bpy.types.Object, slots: list[int] | None = None, uv_map: str | 
         )
     for index in chosen:
         _check_slot(obj, index)
-    udim.check_skin([obj.material_slots[index].material for index in chosen])
+    before = udim.layout_of(obj.data, obj.km_makeup.uv_map)
+    if udim.tiled_texture(_original_of(obj.material_slots[index].material) for index in chosen):
+        uv_map = udim.gather(obj, uv_map, chosen, obj.km_makeup.tiles)
     if obj.km_makeup.slots:
         remove(obj, keep_layers=True)
     with paused():
@@ -86,6 +90,21 @@ def set_up(obj: bpy.types.Object, slots: list[int] | None = None, uv_map: str | 
                 _original_of(obj.material_slots[index].material),
                 obj.material_slots[index].link,
             )
+    _follow_tiles(obj, before)
+
+
+def _follow_tiles(obj: bpy.types.Object, before: TileLayout | None) -> None:
+    """Bring the maps that were painted on other tiles to where those lie now."""
+    now = udim.layout_of(obj.data, obj.km_makeup.uv_map)
+    if now is None:
+        udim.forget(obj)
+    elif before is not None and before != now:
+        lost = not set(before.tiles) <= set(now.tiles)
+        with paused():
+            for holder, name in [*((layer, "map") for layer in obj.km_makeup.layers), (obj.km_makeup, "exclusion")]:
+                old = getattr(holder, name)
+                if old is not None and old.library is None and min(old.size) > 0:
+                    setattr(holder, name, images.rearranged(old, before, now, lost))
 
 
 def _check_slot(obj: bpy.types.Object, index: int) -> None:
@@ -135,8 +154,9 @@ def remove(obj: bpy.types.Object, keep_layers: bool = False) -> None:
     obj.km_makeup.slots.clear()
     if not keep_layers:
         obj.km_makeup.layers.clear()
+        udim.forget(obj)
         with paused():
-            obj.km_makeup.path, obj.km_makeup.show = "LIVE", True
+            obj.km_makeup.path, obj.km_makeup.show, obj.km_makeup.tiles = "LIVE", True, ""
             obj.km_makeup.exclusion, obj.km_makeup.paints_exclusion = None, False
         for texture in ("R", "T2", "R_up", "albedo", "finish"):
             setattr(obj.km_makeup, f"baked_{texture}", None)
@@ -275,7 +295,7 @@ def light_of(obj: bpy.types.Object) -> str:
 def skin_under(obj: bpy.types.Object) -> Skin:
     """The skin of the object's original materials."""
     _check_set_up(obj)
-    return skin_of([entry.original for entry in obj.km_makeup.slots], obj.km_makeup.uv_map)
+    return skin_of([entry.original for entry in obj.km_makeup.slots], obj)
 
 
 def stack_of(obj: bpy.types.Object, plan: Plan) -> tuple[list[Product], list[Coat]]:

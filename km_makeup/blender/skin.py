@@ -9,11 +9,50 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..makeup.maps import resized
+from ..makeup.udim import TileLayout
 from . import images, udim
 from .shaders import skin_colour_sockets
 
 GRID = 96
 COLOURS = 12
+
+
+@dataclass(frozen=True)
+class SkinTexture:
+    """An image on the makeup's UV map; with a ``layout``, one whose tiles are gathered there."""
+
+    image: bpy.types.Image
+    layout: TileLayout | None
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(height, width) at which the makeup's UV map shows no less than the image."""
+        if self.layout is None:
+            return self.image.size[1], self.image.size[0]
+        sizes = [one.size for one in self.image.tiles] if udim.is_tiled(self.image) else [self.image.size]
+        return max(s[1] for s in sizes) * self.layout.columns, max(s[0] for s in sizes) * self.layout.columns
+
+    def linear(self, shape: tuple[int, ...]) -> NDArray[np.float32]:
+        """Linear RGB (height, width, 3) of the working space, at the shape asked for."""
+        if self.layout is not None:
+            return self.layout.gathered(self._tile, (shape[0], shape[1]))
+        linear = self._tile(udim.FIRST)
+        return np.stack([resized(np.ascontiguousarray(linear[..., i]), shape) for i in range(3)], axis=-1).astype(
+            np.float32
+        )
+
+    def _tile(self, number: int) -> NDArray:
+        return _linear(pixels_of(self.image, number), self.image)
+
+
+def pixels_of(image: bpy.types.Image, number: int) -> NDArray[np.float32]:
+    """What an image shows in a UDIM tile, as stored: that tile, or the whole image where it has none."""
+    return udim.tile_pixels(image, number) if udim.is_tiled(image) else images.pixels(image)
+
+
+def _linear(values: NDArray, image: bpy.types.Image) -> NDArray:
+    return images.linear_colours(values[..., :3], image, bpy.data.colorspace.working_space)
 
 
 @dataclass(frozen=True)
@@ -25,7 +64,7 @@ class Skin:
     """
 
     colours: NDArray
-    texture: bpy.types.Image | None
+    texture: SkinTexture | None
     known: bool
 
     @property
@@ -34,13 +73,12 @@ class Skin:
         return self.colours.mean(axis=0)
 
 
-def skin_of(materials: list[bpy.types.Material], uv_map: str) -> Skin:
+def skin_of(materials: list[bpy.types.Material], obj: bpy.types.Object) -> Skin:
     """The skin of an object's chosen materials.
 
-    Raises MakeupError where a material has no shader that can carry makeup, or a tiled texture.
+    Raises MakeupError where a material has no shader that can carry makeup, or tiles that are not gathered.
     """
-    udim.check_skin(materials)
-    space = bpy.data.colorspace.working_space
+    udim.check_gathered(obj, materials)
     found: list[NDArray] = []
     texture = None
     known = True
@@ -49,33 +87,55 @@ def skin_of(materials: list[bpy.types.Material], uv_map: str) -> Skin:
             if not socket.is_linked:
                 found.append(np.array([tuple(socket.default_value)[:3]]))
                 continue
-            image = _direct_image(socket, uv_map)
-            if image is None:
+            node = image_node(socket)
+            if node is None:
                 known = False
             else:
-                texture = image
-                found.append(_sample(image, space))
+                texture = on_makeup_map(node, obj)
+                found.append(_sample(node.image, _tiles(node.image, obj)))
     if not found:
         from ..spectra.people import human_skins
 
-        return Skin(human_skins(space), None, False)
+        return Skin(human_skins(bpy.data.colorspace.working_space), None, False)
     colours = np.concatenate(found)
     return Skin(_representative(colours), texture, known)
 
 
-def _direct_image(socket: bpy.types.NodeSocket, uv_map: str) -> bpy.types.Image | None:
-    """The image that feeds a colour socket with nothing between, on the makeup's UV map."""
-    node = socket.links[0].from_node
+def image_node(socket: bpy.types.NodeSocket) -> bpy.types.Node | None:
+    """The image texture that feeds a socket with nothing between."""
+    node, out = socket.links[0].from_node, socket.links[0].from_socket
     while node.bl_idname == "NodeReroute" and node.inputs[0].is_linked:
-        node = node.inputs[0].links[0].from_node
-    if node.bl_idname != "ShaderNodeTexImage" or node.image is None or socket.links[0].from_socket.name != "Color":
+        node, out = node.inputs[0].links[0].from_node, node.inputs[0].links[0].from_socket
+    if node.bl_idname != "ShaderNodeTexImage" or node.image is None or out.name != "Color" or node.mute:
         return None
+    return node
+
+
+def on_makeup_map(node: bpy.types.Node, obj: bpy.types.Object) -> SkinTexture | None:
+    """What an image texture shows as an image on the makeup's UV map; None where it lies otherwise."""
+    drawn = next((layer.name for layer in obj.data.uv_layers if layer.active_render), "")
     vector = node.inputs["Vector"]
     if vector.is_linked:
-        source = vector.links[0].from_node
-        if source.bl_idname != "ShaderNodeUVMap" or source.uv_map not in ("", uv_map):
+        source, place = vector.links[0].from_node, vector.links[0].from_socket.name
+        if source.bl_idname == "ShaderNodeUVMap":
+            drawn = source.uv_map or drawn
+        elif source.bl_idname != "ShaderNodeTexCoord" or place != "UV":
             return None
-    return node.image
+    if node.projection != "FLAT":
+        return None
+    uv_map = obj.km_makeup.uv_map
+    layout = udim.layout_of(obj.data, uv_map)
+    if drawn == uv_map:
+        return SkinTexture(node.image, None)
+    return SkinTexture(node.image, layout) if layout and drawn == udim.source_of(obj.data, uv_map) else None
+
+
+def _tiles(image: bpy.types.Image, obj: bpy.types.Object) -> tuple[int, ...]:
+    """The tiles of an image that makeup lies on; none of one that is not tiled."""
+    if not udim.is_tiled(image):
+        return ()
+    layout = udim.layout_of(obj.data, obj.km_makeup.uv_map)
+    return layout.tiles if layout else (udim.FIRST,)
 
 
 _samples: dict[tuple, NDArray] = {}
@@ -86,20 +146,20 @@ def forget_samples() -> None:
     _samples.clear()
 
 
-def _sample(image: bpy.types.Image, space: str) -> NDArray:
+def _sample(image: bpy.types.Image, tiles: tuple[int, ...]) -> NDArray:
     """Colours of a texture; kept, since reading millions of texels takes longer than all fits, unless it has unsaved strokes."""
-    key = (image.session_uid, tuple(image.size), image.filepath, image.colorspace_settings.name, space)
+    space = bpy.data.colorspace.working_space
+    key = (image.session_uid, tuple(image.size), image.filepath, image.colorspace_settings.name, space, tiles)
     if image.is_dirty or key not in _samples:
-        _samples[key] = _read(image, space)
+        _samples[key] = np.concatenate([_read(pixels_of(image, one), image) for one in tiles or (udim.FIRST,)])
     return _samples[key]
 
 
-def _read(image: bpy.types.Image, space: str) -> NDArray:
-    values = images.pixels(image)[..., :3]
+def _read(values: NDArray, image: bpy.types.Image) -> NDArray:
     height, width = values.shape[:2]
     rows = np.linspace(0, height - 1, min(GRID, height)).astype(int)
     columns = np.linspace(0, width - 1, min(GRID, width)).astype(int)
-    return images.linear_colours(values[np.ix_(rows, columns)].reshape(-1, 3).astype(float), image, space)
+    return _linear(values[np.ix_(rows, columns)].reshape(-1, 4).astype(float), image)
 
 
 def _representative(colours: NDArray) -> NDArray:

@@ -1,12 +1,27 @@
-"""Tiled (UDIM) images: makeup reads one image over the first tile, and says so before anything is changed."""
+"""Tiled (UDIM) skins: the tiles that makeup lies on are gathered on a UV map of its own, on which maps are single images.
+
+Blender's Python writes the pixels of a first tile only, and a brush that sweeps over faces of another tile would paint on a single
+image there too. On the gathered UV map everything else works as on any head; the skin's own textures and UV maps stay as they are.
+"""
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 
 import bpy
+import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import MakeupError
+from ..makeup.udim import FIRST, NO_TILE, TileLayout, parsed, tile_numbers
+
+UV_MAP = "KM Makeup"
+"""The UV map on which the tiles are gathered."""
+
+SOURCE, TILES = "km_makeup_uv_source", "km_makeup_tiles"
+"""Of a mesh: the UV map that the gathered one was made from, and the tiles on it."""
 
 
 def is_tiled(image: bpy.types.Image | None) -> bool:
@@ -15,24 +30,17 @@ def is_tiled(image: bpy.types.Image | None) -> bool:
 
 
 def check_map(image: bpy.types.Image) -> None:
-    """MakeupError where pixels of an image are asked for that lie in tiles."""
+    """MakeupError where an image that has to be single is tiled."""
     if is_tiled(image):
         raise MakeupError(
-            f"The image {image.name!r} is tiled (UDIM), which makeup does not read; use one image on a UV map that lies "
-            "within the first tile."
+            f"The image {image.name!r} is tiled (UDIM), and a map of makeup is a single image on the UV map {UV_MAP!r}, where "
+            "Set Up gathers the tiles of a skin; take one that was painted or baked there."
         )
 
 
-def check_skin(materials: Iterable[bpy.types.Material]) -> None:
-    """MakeupError where a skin material has a tiled texture: a map of one image would repeat in every tile."""
-    for material in materials:
-        for image in _images(material.node_tree, set()):
-            if is_tiled(image):
-                raise MakeupError(
-                    f"The texture {image.name!r} of material {material.name!r} is tiled (UDIM), and makeup is painted on "
-                    "one image: bake the skin's textures to single images on a UV map that lies within the first tile, "
-                    "or choose other material slots for the makeup."
-                )
+def tiled_texture(materials: Iterable[bpy.types.Material]) -> bpy.types.Image | None:
+    """A tiled image in the materials or their groups, None where they have none."""
+    return next((one for m in materials for one in _images(m.node_tree, set()) if is_tiled(one)), None)
 
 
 def _images(tree: bpy.types.NodeTree, seen: set[str]) -> Iterator[bpy.types.Image]:
@@ -44,3 +52,173 @@ def _images(tree: bpy.types.NodeTree, seen: set[str]) -> Iterator[bpy.types.Imag
         inner = getattr(node, "node_tree", None)
         if inner is not None and inner.name_full not in seen:
             yield from _images(inner, seen)
+
+
+def layout_of(mesh: bpy.types.Mesh, uv_map: str) -> TileLayout | None:
+    """How tiles lie on a UV map that was made here; None of any other."""
+    if uv_map == UV_MAP and SOURCE in mesh and uv_map in mesh.uv_layers:
+        return TileLayout(tuple(mesh[TILES]))
+    return None
+
+
+def source_of(mesh: bpy.types.Mesh, uv_map: str) -> str:
+    """The UV map that a gathered one was made from, or that UV map itself."""
+    return str(mesh[SOURCE]) if layout_of(mesh, uv_map) is not None else uv_map
+
+
+def check_gathered(obj: bpy.types.Object, materials: Iterable[bpy.types.Material]) -> None:
+    """MakeupError where a skin is tiled and the makeup lies on its own UV map: one map would repeat in every tile."""
+    mesh, uv_map = obj.data, obj.km_makeup.uv_map
+    texture = tiled_texture(materials)
+    if texture is None or layout_of(mesh, uv_map) is not None:
+        return
+    if uv_map in mesh.uv_layers and set(np.unique(_numbers(mesh, uv_map))) != {FIRST}:
+        raise MakeupError(
+            f"The texture {texture.name!r} is tiled (UDIM), and the UV map {uv_map!r} lies over several tiles; press Set Up "
+            "Makeup again, which gathers them on a UV map for the makeup."
+        )
+
+
+def gathered(
+    obj: bpy.types.Object, source: str, slots: Iterable[int], tiles: str = ""
+) -> tuple[TileLayout | None, NDArray[np.float32]]:
+    """How the object's skin would be gathered from a UV map: the layout, None where all lies in tile 1001, and UVs (corners, 2).
+
+    Parameters: ``slots`` indices of the skin's material slots; ``tiles`` those wanted, as the user writes them (default: all).
+    Raises MakeupError where the skin lies in none of them.
+    """
+    mesh = obj.data
+    wanted = parsed(tiles)
+    uv, numbers = _uv(mesh, source), _numbers(mesh, source)
+    skin = np.ones(len(numbers), bool)
+    if len(obj.material_slots) > 1:
+        skin = np.isin(_of_faces(mesh, "material_index"), list(slots))
+    found = tuple(int(one) for one in np.unique(numbers[skin]) if one != NO_TILE)
+    used = tuple(one for one in found if one in wanted) if wanted else found
+    if not used:
+        raise MakeupError(
+            f"{obj.name!r} has no skin in {f'the tiles {tiles}' if wanted else 'any UDIM tile'}; on the UV map {source!r} it lies "
+            f"in {', '.join(map(str, found)) or 'none'}."
+        )
+    if used == (FIRST,) and set(numbers) == {FIRST}:
+        return None, uv
+    layout = TileLayout(used)
+    of_corners = np.repeat(np.where(skin, numbers, NO_TILE), _of_faces(mesh, "loop_total"))
+    return layout, layout.placed(uv.astype(np.float64), of_corners).astype(np.float32)
+
+
+def gather(obj: bpy.types.Object, source: str, slots: Iterable[int], tiles: str = "") -> str:
+    """Gather the object's tiles on the makeup's own UV map, as `gathered` says; its name, or ``source`` where all lies in tile 1001.
+
+    Raises MakeupError where that fails, or the mesh takes no further UV map; it is then as before.
+    """
+    layout, uv = gathered(obj, source, slots, tiles)
+    if layout is None:
+        return source
+    _target(obj).uv.foreach_set("vector", uv.reshape(-1))
+    obj.data[SOURCE], obj.data[TILES] = source, list(layout.tiles)
+    obj.data.update()
+    return UV_MAP
+
+
+def _target(obj: bpy.types.Object) -> bpy.types.MeshUVLoopLayer:
+    """The UV map for the gathered tiles, new where there is none."""
+    mesh = obj.data
+    if mesh.library or mesh.override_library:
+        raise MakeupError(
+            f"The mesh of {obj.name!r} is linked from another file and its skin is tiled (UDIM), so it cannot be given the UV map "
+            "that makeup needs; make the mesh local (Object > Relations > Make Local)."
+        )
+    if UV_MAP in mesh.uv_layers:
+        if SOURCE not in mesh:
+            raise MakeupError(f"{obj.name!r} has a UV map named {UV_MAP!r} of its own; rename it, and press Set Up Makeup again.")
+        return mesh.uv_layers[UV_MAP]
+    active = mesh.uv_layers.active_index
+    made = mesh.uv_layers.new(name=UV_MAP, do_init=False)
+    if made is None:
+        raise MakeupError(f"{obj.name!r} has as many UV maps as Blender takes; delete one, and press Set Up Makeup again.")
+    mesh.uv_layers.active_index = active
+    return mesh.uv_layers[UV_MAP]
+
+
+def forget(obj: bpy.types.Object) -> None:
+    """Take the gathered UV map off the object's mesh, unless another object's makeup lies on it."""
+    mesh = obj.data
+    others = (one for one in bpy.data.objects if one != obj and one.data == mesh)
+    if layout_of(mesh, UV_MAP) is None or any(one.km_makeup.uv_map == UV_MAP and one.km_makeup.slots for one in others):
+        return
+    source = str(mesh[SOURCE])
+    was_active = mesh.uv_layers.active == mesh.uv_layers[UV_MAP]
+    mesh.uv_layers.remove(mesh.uv_layers[UV_MAP])
+    if was_active and source in mesh.uv_layers:
+        mesh.uv_layers.active = mesh.uv_layers[source]
+    del mesh[SOURCE], mesh[TILES]
+
+
+def release(mesh: bpy.types.Mesh) -> None:
+    """Leave a gathered UV map to the user as one of the mesh's own, for textures that stay on it."""
+    for name in (SOURCE, TILES):
+        if name in mesh:
+            del mesh[name]
+
+
+def tile_pixels(image: bpy.types.Image, number: int) -> NDArray[np.float32]:
+    """One tile of a tiled image as stored, (height, width, 4), bottom row first.
+
+    Raises MakeupError where the image lacks the tile.
+    """
+    place = next((one.filepath for one in image.packed_files if one.tile_number == number), None)
+    if place is not None and not image.is_dirty:
+        return _packed(image, number, Path(place).suffix)
+    twin = image.copy()
+    try:
+        while len(twin.tiles) > 1 and twin.tiles[0].number != number:
+            twin.tiles.remove(twin.tiles[0])  # pixels are those of the first tile
+        return _pixels(twin, image, number)
+    finally:
+        bpy.data.images.remove(twin)
+
+
+def _packed(image: bpy.types.Image, number: int, suffix: str) -> NDArray[np.float32]:
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / f"tile{suffix}"
+        file.write_bytes(next(one for one in image.packed_files if one.tile_number == number).packed_file.data)
+        single = bpy.data.images.load(str(file))
+        try:
+            single.colorspace_settings.name = image.colorspace_settings.name
+            return _pixels(single, image, number)
+        finally:
+            bpy.data.images.remove(single)
+
+
+def _pixels(single: bpy.types.Image, image: bpy.types.Image, number: int) -> NDArray[np.float32]:
+    width, height = single.size
+    has_it = not is_tiled(single) or single.tiles[0].number == number
+    if not has_it or width == 0 or height == 0:
+        raise MakeupError(
+            f"The texture {image.name!r} has no tile {number}, on which the skin lies; add it, or leave the tile out of the makeup "
+            "(Skin > Tiles)."
+        )
+    flat = np.empty(width * height * 4, np.float32)
+    single.pixels.foreach_get(flat)
+    return flat.reshape(height, width, 4)
+
+
+def _uv(mesh: bpy.types.Mesh, uv_map: str) -> NDArray[np.float32]:
+    uv = np.empty(len(mesh.loops) * 2, np.float32)
+    mesh.uv_layers[uv_map].uv.foreach_get("vector", uv)
+    return uv.reshape(-1, 2)
+
+
+def _numbers(mesh: bpy.types.Mesh, uv_map: str) -> NDArray[np.int64]:
+    """The tile of every face, that of the mean of its corners."""
+    if not len(mesh.polygons):
+        return np.zeros(0, np.int64)
+    sums = np.add.reduceat(_uv(mesh, uv_map).astype(np.float64), _of_faces(mesh, "loop_start"), axis=0)
+    return tile_numbers(sums / _of_faces(mesh, "loop_total")[:, None])
+
+
+def _of_faces(mesh: bpy.types.Mesh, name: str) -> NDArray[np.int32]:
+    values = np.empty(len(mesh.polygons), np.int32)
+    mesh.polygons.foreach_get(name, values)
+    return values

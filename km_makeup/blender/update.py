@@ -76,6 +76,19 @@ def exclusion_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context)
     active_changed(self, context)
 
 
+def tiles_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+    """Other UDIM tiles: they are gathered anew, and the maps follow."""
+    from . import makeup, painting
+
+    def gather(obj: bpy.types.Object) -> None:
+        makeup.set_up(obj, [entry.index for entry in obj.km_makeup.slots], obj.km_makeup.uv_map)
+        makeup.refresh(obj)
+        painting.follow_layer(obj, bpy.context.scene)
+
+    if not _paused and self.slots:
+        told(self.id_data, gather)
+
+
 def follows_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
     """Baked textures are to follow strokes, or no more; where they cannot, the switch goes back and the panel says why."""
     if _paused:

@@ -43,6 +43,33 @@ def check_map(values: NDArray, where: str) -> NDArray:
     return np.clip(values, 0, 1).astype(np.float32, copy=False)
 
 
+def resized(values: NDArray, size: int | tuple[int, ...] | None) -> NDArray:
+    """A channel (height, width) at another size, bilinear between texel centres; bytes stay bytes when unchanged."""
+    if size is None:
+        return values
+    height, width = (size, size) if isinstance(size, int) else size
+    if values.shape == (height, width):
+        return values
+    scale = 255.0 if values.dtype == np.uint8 else 1.0
+    grid = values.astype(np.float32) / np.float32(scale)
+    return looked_up(grid, (np.arange(height) + 0.5) / height, (np.arange(width) + 0.5) / width)
+
+
+def looked_up(grid: NDArray, up: NDArray, right: NDArray) -> NDArray:
+    """Values of a picture (height, width, ...) at the crossings of shares ``up`` its height and ``right`` along its width.
+
+    Bilinear between texel centres; (len(up), len(right), ...); past the outermost centres the outermost texels.
+    """
+    for axis, shares in ((0, up), (1, right)):
+        old = grid.shape[axis]
+        place = np.clip(shares * old - 0.5, 0, old - 1)
+        low = np.floor(place).astype(int)
+        high = np.minimum(low + 1, old - 1)
+        part = (place - low).astype(np.float32).reshape(-1, *[1] * (grid.ndim - 1 - axis))
+        grid = np.take(grid, low, axis) * (1 - part) + np.take(grid, high, axis) * part
+    return grid
+
+
 class Shaped(Protocol):
     """An array, or whatever stands for one that is still in a file."""
 

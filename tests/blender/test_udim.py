@@ -1,7 +1,10 @@
-"""Tiled (UDIM) images are refused in one sentence, and the scene stays as it was."""
+"""Tiled (UDIM) skins: their tiles are gathered on a UV map of the makeup's own, and all else is as on any head."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import numpy as np
 import pytest
 
 from km_makeup.errors import MakeupError
@@ -9,17 +12,286 @@ from tests.blender import scenes
 
 pytestmark = pytest.mark.blender
 
+SIDE = 16
 
-def tiled(name: str):
+
+def tiled(name: str, tiles: dict[int, np.ndarray], folder: Path):
+    """A tiled image from files of its tiles, float."""
     import bpy
 
-    return bpy.data.images.new(name, 8, 8, float_buffer=True, is_data=True, tiled=True)
+    from km_makeup.bake.files import write_exr
+
+    for number, values in tiles.items():
+        write_exr(folder / f"{name}.{number}.exr", values, half=False)
+    image = bpy.data.images.load(str(folder / f"{name}.{min(tiles)}.exr"))
+    image.source = "TILED"
+    image.filepath = str(folder / f"{name}.<UDIM>.exr")
+    image.colorspace_settings.name = "Non-Color"
+    assert [one.number for one in image.tiles] == sorted(tiles)
+    return image
 
 
-def make_tiled(material) -> None:
-    """Swap the texture of a skin for a tiled one."""
-    node = next(n for n in material.node_tree.nodes if n.bl_idname == "ShaderNodeTexImage")
-    node.image = tiled("Tiles")
+def albedo(seed: int) -> np.ndarray:
+    return (np.array([0.45, 0.27, 0.19]) * np.random.default_rng(seed).uniform(0.8, 1.2, (SIDE, SIDE, 1))).astype(np.float32)
+
+
+def to_tile(obj, faces: np.ndarray, shift: tuple[int, int]) -> None:
+    """Move the UVs of faces by whole tiles."""
+    mesh = obj.data
+    uv = np.empty(len(mesh.loops) * 2, np.float32)
+    mesh.uv_layers[0].uv.foreach_get("vector", uv)
+    uv = uv.reshape(-1, 2)
+    counts = np.array([one.loop_total for one in mesh.polygons])
+    uv[np.repeat(faces, counts)] += shift
+    mesh.uv_layers[0].uv.foreach_set("vector", uv.reshape(-1))
+
+
+def right_half(obj) -> np.ndarray:
+    return np.array([one.center.x > 0 for one in obj.data.polygons])
+
+
+def uvs(obj, name: str) -> np.ndarray:
+    values = np.empty(len(obj.data.loops) * 2, np.float32)
+    obj.data.uv_layers[name].uv.foreach_get("vector", values)
+    return values.reshape(-1, 2)
+
+
+@pytest.fixture
+def pair(clean_scene, tmp_path):
+    """One head on a single texture, and the same head with its right half in tile 1002, which shows the same texture."""
+    texture = albedo(1)
+    plain, split = scenes.head("Plain"), scenes.head("Split")
+    for obj, image in (
+        (plain, tiled("single", {1001: texture}, tmp_path)),
+        (split, tiled("skin", {1001: texture, 1002: texture}, tmp_path)),
+    ):
+        material = scenes.skin(f"Skin of {obj.name}", textured=True)
+        node = next(n for n in material.node_tree.nodes if n.bl_idname == "ShaderNodeTexImage")
+        node.image = image
+        obj.data.materials.append(material)
+    to_tile(split, right_half(split), (1, 0))
+    return plain, split
+
+
+def make_up(obj, product: str, values: np.ndarray) -> None:
+    """A layer of the product; ``values`` (height, width) as tile 1001 and every other shows them."""
+    import bpy
+
+    from km_makeup.blender import adding, images, makeup, udim
+
+    makeup.set_up(obj)
+    layer = adding.add_layer(bpy.context, obj, product)
+    layout = udim.layout_of(obj.data, obj.km_makeup.uv_map)
+    if layout is not None:
+        side = 64 * layout.columns
+        values = layout.gathered(lambda _: values[..., None], (side, side))[..., 0]
+    layer.map = images.image_from_map("Painted", values)
+
+
+def ramp() -> np.ndarray:
+    return np.tile(np.linspace(0, 1, 64, dtype=np.float32)[:, None], (1, 64))
+
+
+def test_set_up_gathers_the_tiles_and_remove_leaves_the_mesh_as_it_was(pair):
+    from km_makeup.blender import makeup, udim
+
+    plain, split = pair
+    before, own = scenes.file_text(), uvs(split, "UVMap")
+    makeup.set_up(plain)
+    assert plain.km_makeup.uv_map == "UVMap" and len(plain.data.uv_layers) == 1  # one tile is a single image
+    makeup.remove(plain)
+    makeup.set_up(split)
+    assert split.km_makeup.uv_map == udim.UV_MAP
+    assert udim.layout_of(split.data, udim.UV_MAP).tiles == (1001, 1002)
+    assert split.data.uv_layers["UVMap"].active_render and split.data.uv_layers.active.name == "UVMap"
+    np.testing.assert_array_equal(uvs(split, "UVMap"), own)
+    placed = uvs(split, udim.UV_MAP)
+    assert placed.min() > 0 and placed.max() < 1
+    right = np.repeat(right_half(split), [one.loop_total for one in split.data.polygons])
+    assert placed[~right, 0].max() < 0.5 < placed[right, 0].min()
+    makeup.remove(split)
+    assert [one.name for one in split.data.uv_layers] == ["UVMap"] and not split.data.keys()
+    assert scenes.file_text() == before
+
+
+def test_a_tiled_head_looks_like_the_same_head_on_one_texture(pair, test_products, tmp_path):
+    """Rendered with makeup and flattened: what was split in two tiles differs by filtering only."""
+    from km_makeup.blender import update
+
+    pictures = []
+    scenes.studio()
+    for obj in pair:
+        make_up(obj, test_products[0], ramp())
+        for one in pair:
+            one.hide_render = one != obj
+        pictures.append(scenes.picture("cycles", tmp_path, samples=16))
+    bare = []
+    for obj in pair:
+        with update.paused():
+            obj.km_makeup.show = False
+        for entry in obj.km_makeup.slots:
+            obj.material_slots[entry.index].material = entry.original
+        for one in pair:
+            one.hide_render = one != obj
+        bare.append(scenes.picture("cycles", tmp_path, samples=16))
+    made_up = np.abs(pictures[0] - bare[0]).mean()
+    np.testing.assert_allclose(bare[0], bare[1], atol=2e-3)
+    assert np.abs(pictures[0] - pictures[1]).mean() < 0.01 * made_up
+    assert np.abs(pictures[0] - pictures[1]).max() < 0.1 * np.abs(pictures[0] - bare[0]).max()
+
+
+def test_an_export_gathers_the_skin_and_shows_it_where_the_faces_lie(pair, test_products, tmp_path):
+    import bpy
+    import OpenImageIO
+
+    from km_makeup.blender import exporting
+    from km_makeup.makeup.maps import looked_up
+
+    read = []
+    for obj in pair:
+        make_up(obj, test_products[0], ramp())
+        folder = tmp_path / obj.name
+        export = exporting.Export(folder, exr=True, resolution=512, place="OBJECT")
+        uv = uvs(obj, obj.km_makeup.uv_map)
+        name = obj.km_makeup.uv_map
+        report = exporting.export_all(obj, bpy.context.scene, export)
+        assert not report.left_out
+        image = OpenImageIO.ImageInput.open(str(folder / f"{obj.name}_base_color.exr")).read_image("float")[::-1]
+        corners = 0.9 * uv + 0.1 * np.array([uv[f.loop_start : f.loop_start + f.loop_total].mean(axis=0)
+                                             for f in obj.data.polygons for _ in range(f.loop_total)])  # fmt: skip
+        read.append(np.array([looked_up(image, np.array([v]), np.array([u]))[0, 0, :3] for u, v in corners]))
+        assert name in obj.data.uv_layers  # the exported textures lie on it
+    np.testing.assert_allclose(read[0], read[1], atol=0.012)
+    assert np.ptp(read[0], axis=0).min() > 0.05
+
+
+def test_a_tiled_normal_map_becomes_a_texture_of_the_export(pair, test_products, tmp_path):
+    import bpy
+    import OpenImageIO
+
+    from km_makeup.blender import exporting
+
+    split = pair[1]
+    tree = split.data.materials[0].node_tree
+    mapped, texture = tree.nodes.new("ShaderNodeNormalMap"), tree.nodes.new("ShaderNodeTexImage")
+    flat, tilted = (np.tile(np.array(one, np.float32), (SIDE, SIDE, 1)) for one in ([0.5, 0.5, 1], [0.75, 0.5, 0.9]))
+    texture.image = tiled("normal", {1001: flat, 1002: tilted}, tmp_path)
+    tree.links.new(texture.outputs["Color"], mapped.inputs["Color"])
+    tree.links.new(mapped.outputs["Normal"], scenes.principled_of(split.data.materials[0]).inputs["Normal"])
+    make_up(split, test_products[0], ramp())
+    exporting.export_all(split, bpy.context.scene, exporting.Export(tmp_path / "out", gltf=True, resolution=64, place="OBJECT"))
+    image = OpenImageIO.ImageInput.open(str(tmp_path / "out" / "Split_normal.png")).read_image("uint8")[::-1]
+    np.testing.assert_allclose(image[8, 8, :3], [128, 128, 255], atol=1)
+    np.testing.assert_allclose(image[8, 40, :3], [191, 128, 230], atol=1)
+    worn = split.material_slots[0].material.node_tree
+    node = next(n for n in worn.nodes if n.bl_idname == "ShaderNodeNormalMap")
+    assert node.inputs["Color"].links[0].from_node.image.name == "Split_normal"
+    bpy.ops.import_scene.gltf(filepath=str(tmp_path / "out" / "Split.glb"))
+    came = bpy.context.selected_objects[0].data
+    assert any("normal" in one.name.lower() for one in _images(came.materials[0]))
+
+
+def _images(material):
+    return [n.image for n in material.node_tree.nodes if n.bl_idname == "ShaderNodeTexImage"]
+
+
+def test_a_bake_lies_on_the_gathered_map_and_shows_the_skin_of_each_tile(pair, test_products, tmp_path):
+    import bpy
+    import OpenImageIO
+
+    from km_makeup.blender import baking
+    from km_makeup.blender.update import paused
+
+    read = []
+    for obj in pair:
+        make_up(obj, test_products[0], np.full((64, 64), 0.5, np.float32))
+        with paused():
+            obj.km_makeup.folder, obj.km_makeup.finished = str(tmp_path / obj.name), True
+        report = baking.bake_all(obj, bpy.context.scene)
+        read.append(OpenImageIO.ImageInput.open(str(report.files["albedo"])).read_image("float")[..., :3])
+    half = read[1].shape[1] // 2
+    whole, cells = read[0].mean(axis=(0, 1)), [read[1][half:, :half].mean(axis=(0, 1)), read[1][half:, half:].mean(axis=(0, 1))]
+    np.testing.assert_allclose(cells, [whole, whole], rtol=0.02)  # the lower half, top row first
+
+
+def test_paint_follows_its_tile_when_tiles_are_left_out_and_taken_back(pair, test_products):
+    import bpy
+
+    from km_makeup.blender import images, udim
+
+    split = pair[1]
+    make_up(split, test_products[0], ramp())
+    layer = split.km_makeup.layers[0]
+    whole, first = images.map_values(layer.map, "R").copy(), layer.map
+    split.km_makeup.tiles = "1002"
+    assert udim.layout_of(split.data, udim.UV_MAP).tiles == (1002,)
+    alone = images.map_values(layer.map, "R")
+    np.testing.assert_array_equal(alone, whole[:64, 64:])
+    assert first.use_fake_user and first.name in bpy.data.images  # what tile 1001 held is there
+    placed = uvs(split, udim.UV_MAP)
+    right = np.repeat(right_half(split), [one.loop_total for one in split.data.polygons])
+    assert np.all(placed[~right] == 0) and placed[right].min() > 0
+    split.km_makeup.tiles = ""
+    back = images.map_values(layer.map, "R")
+    np.testing.assert_array_equal(back[:64, 64:], whole[:64, 64:])
+    assert not back[:64, :64].any()
+    split.km_makeup.tiles = "1007"
+    assert "no skin in the tiles 1007" in split.km_makeup["problem"] and "1001, 1002" in split.km_makeup["problem"]
+    np.testing.assert_array_equal(images.map_values(layer.map, "R"), back)
+
+
+def test_faces_of_other_slots_have_no_place_under_the_brush(pair):
+    from km_makeup.blender import makeup, udim
+
+    split = pair[1]
+    split.data.materials.append(scenes.skin("Eye"))
+    eye = np.array([one.center.z > 0.05 for one in split.data.polygons])
+    split.data.polygons.foreach_set("material_index", eye.astype(np.int32))
+    makeup.set_up(split)
+    corners = np.repeat(eye, [one.loop_total for one in split.data.polygons])
+    assert np.all(uvs(split, udim.UV_MAP)[corners] == 0) and uvs(split, udim.UV_MAP)[~corners].min() > 0
+
+
+def test_a_look_of_a_tiled_head_goes_on_the_same_head_elsewhere_as_it_is(pair, test_products, tmp_path):
+    from km_makeup.blender import heads, images, looks, makeup
+    from km_makeup.makeup.look_file import read_look
+
+    split = pair[1]
+    fingerprint = heads.uv_layout_of(split)
+    make_up(split, test_products[0], ramp())
+    assert heads.uv_layout_of(split) == fingerprint  # before Set Up it says what it will be
+    path = tmp_path / "look.json"
+    looks.save_look(split, path)
+    painted = images.map_values(split.km_makeup.layers[0].map, "R").copy()
+    makeup.remove(split)
+    choice = looks.apply_look(split, read_look(path))
+    assert choice.method is looks.Method.AS_THEY_ARE and "UV layout" in choice.reason
+    np.testing.assert_allclose(images.map_values(split.km_makeup.layers[0].map, "R") / 255, painted, atol=0.5 / 255)
+
+
+@pytest.mark.parametrize("state", ["files", "packed", "painted"])
+def test_every_tile_is_read_wherever_its_pixels_are(clean_scene, tmp_path, state):
+    import bpy
+
+    from km_makeup.blender import udim
+
+    tiles = {number: albedo(number) for number in (1001, 1002, 1013)}
+    image = tiled("Skin", tiles, tmp_path)
+    if state == "packed":
+        image.pack()
+        for file in tmp_path.iterdir():
+            file.unlink()
+    elif state == "painted":
+        image.tiles.active_index = 1
+        with bpy.context.temp_override(edit_image=image):
+            bpy.ops.image.tile_fill(color=(0.25, 0.5, 0.75, 1), generated_type="BLANK", width=4, height=8, float=True)
+        tiles[1002] = np.tile(np.array([0.25, 0.5, 0.75], np.float32), (8, 4, 1))
+    count = len(bpy.data.images)
+    for number, values in tiles.items():
+        np.testing.assert_allclose(udim.tile_pixels(image, number)[..., :3], values, atol=1e-3)
+    assert len(bpy.data.images) == count
+    with pytest.raises(MakeupError, match="has no tile 1005"):
+        udim.tile_pixels(image, 1005)
 
 
 def refused(act, message: str) -> None:
@@ -30,54 +302,65 @@ def refused(act, message: str) -> None:
     assert scenes.file_text() == before
 
 
-@pytest.fixture
-def head(clean_scene):
-    obj = scenes.head()
-    obj.data.materials.append(scenes.skin(textured=True))
-    return obj
+def test_a_mesh_that_takes_no_further_uv_map_is_refused_as_it_is(pair):
+    from km_makeup.blender import makeup
+
+    split = pair[1]
+    for number in range(7):
+        split.data.uv_layers.new(name=f"More {number}")
+    refused(lambda: makeup.set_up(split), "as many UV maps as Blender takes")
+    assert not split.km_makeup.slots
+
+
+def test_a_uv_map_of_the_same_name_is_left_alone(pair):
+    from km_makeup.blender import makeup, udim
+
+    split = pair[1]
+    split.data.uv_layers.new(name=udim.UV_MAP)
+    split.data.uv_layers.active_index = 0
+    refused(lambda: makeup.set_up(split), "of its own; rename it")
 
 
 @pytest.mark.parametrize("behind", ["colour", "group"])
-def test_a_tiled_skin_is_refused_in_set_up(head, behind):
+def test_a_skin_that_became_tiled_is_refused_until_it_is_set_up_again(clean_scene, painted_look, tmp_path, behind):
     import bpy
 
-    from km_makeup.blender import makeup
-
-    tree = head.data.materials[0].node_tree
-    if behind == "colour":
-        make_tiled(head.data.materials[0])
-    else:
-        group = bpy.data.node_groups.new("Details", "ShaderNodeTree")
-        group.nodes.new("ShaderNodeTexImage").image = tiled("Tiles")
-        tree.nodes.new("ShaderNodeGroup").node_tree = group
-    refused(lambda: makeup.set_up(head), "'Tiles' of material 'Skin' is tiled .UDIM.*bake the skin's textures")
-    assert not head.km_makeup.slots
-
-
-def test_a_skin_that_became_tiled_is_refused_in_a_new_map_and_in_the_bake(head, painted_look, tmp_path):
-    import bpy
-
-    from km_makeup.blender import adding, baking, looks
+    from km_makeup.blender import adding, baking, looks, makeup, udim
     from km_makeup.blender.update import paused
 
+    head = scenes.head()
+    head.data.materials.append(scenes.skin(textured=True))
+    to_tile(head, right_half(head), (1, 0))
     looks.apply_look(head, painted_look)
     with paused():
         head.km_makeup.folder = str(tmp_path / "baked")
-    make_tiled(head.data.materials[0] if not head.km_makeup.slots else head.km_makeup.slots[0].original)
-    refused(lambda: adding.add_layer(bpy.context, head, "test-red"), "is tiled")
-    refused(lambda: baking.bake_all(head, bpy.context.scene), "is tiled")
+    tree = head.km_makeup.slots[0].original.node_tree
+    image = tiled("Tiles", {1001: albedo(1), 1002: albedo(2)}, tmp_path)
+    if behind == "colour":
+        next(n for n in tree.nodes if n.bl_idname == "ShaderNodeTexImage").image = image
+    else:
+        group = bpy.data.node_groups.new("Details", "ShaderNodeTree")
+        group.nodes.new("ShaderNodeTexImage").image = image
+        tree.nodes.new("ShaderNodeGroup").node_tree = group
+    refused(lambda: adding.add_layer(bpy.context, head, "test-red"), "tiled .UDIM.*press Set Up Makeup again")
+    refused(lambda: baking.bake_all(head, bpy.context.scene), "tiled .UDIM.*press Set Up Makeup again")
     assert not (tmp_path / "baked").exists()
+    makeup.set_up(head)
+    assert head.km_makeup.uv_map == udim.UV_MAP
+    assert adding.add_layer(bpy.context, head, "test-red")
 
 
-def test_a_tiled_map_is_refused_in_the_bake(head, painted_look, tmp_path):
+def test_a_tiled_map_is_refused_in_the_bake(clean_scene, painted_look, tmp_path):
     import bpy
 
     from km_makeup.blender import baking, looks
     from km_makeup.blender.update import paused
 
+    head = scenes.head()
+    head.data.materials.append(scenes.skin(textured=True))
     looks.apply_look(head, painted_look)
     with paused():
         head.km_makeup.folder = str(tmp_path / "baked")
-        head.km_makeup.layers[1].map = tiled("Painted Tiles")
-    refused(lambda: baking.bake_all(head, bpy.context.scene), "The image 'Painted Tiles' is tiled .UDIM., which makeup")
+        head.km_makeup.layers[1].map = tiled("Painted Tiles", {1001: albedo(1)}, tmp_path)
+    refused(lambda: baking.bake_all(head, bpy.context.scene), "The image 'Painted Tiles.*tiled .UDIM., and a map of makeup")
     assert not (tmp_path / "baked").exists()

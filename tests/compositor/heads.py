@@ -359,7 +359,7 @@ def measured_radius(head) -> None:
 
     for slot in usable_slots(head):
         material = head.material_slots[slot].material
-        albedo = skin_of([material], head.data.uv_layers[0].name).mean
+        albedo = skin_of([material], head).mean
         for node in material.node_tree.nodes:
             if node.bl_idname == "ShaderNodeBsdfPrincipled" and node.inputs["Subsurface Weight"].default_value > 0:
                 node.inputs["Subsurface Radius"].default_value = burley_radius(albedo)

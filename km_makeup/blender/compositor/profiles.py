@@ -121,7 +121,7 @@ def back_reflectance(head: bpy.types.Object) -> NDArray:
     image = makeup.baked_R_up
     pixels = np.empty(image.size[0] * image.size[1] * 4, np.float32)
     image.pixels.foreach_get(pixels)
-    albedo = skin_of([entry.original for entry in makeup.slots], makeup.uv_map).mean
+    albedo = skin_of([entry.original for entry in makeup.slots], head).mean
     return np.clip(pixels.reshape(-1, 4)[:, :3].mean(axis=0) * albedo, 0, 0.9)
 
 
@@ -132,7 +132,7 @@ def distances_of(head: bpy.types.Object, scene: bpy.types.Scene) -> list[NDArray
     for entry in head.km_makeup.slots:
         if entry.original is None:
             continue
-        albedo = skin_of([entry.original], head.km_makeup.uv_map).mean
+        albedo = skin_of([entry.original], head).mean
         for output in outputs_of(entry.original)[:1]:
             for node in shader_nodes(output.inputs["Surface"]):
                 radius = _radius(node)

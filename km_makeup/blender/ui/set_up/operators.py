@@ -51,7 +51,7 @@ class KM_OT_set_up(MakeupOperator, bpy.types.Operator):
         return self.execute(context)
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> str:
-        from ... import makeup, painting
+        from ... import makeup, painting, udim
         from ...update import told
 
         first = self.product if self.properties.is_property_set("product") else painting.FIRST_PRODUCT
@@ -65,6 +65,9 @@ class KM_OT_set_up(MakeupOperator, bpy.types.Operator):
             raise
         names = ", ".join(entry.original.name for entry in obj.km_makeup.slots)
         message = f"Makeup lies on {names}, painted on {obj.km_makeup.uv_map!r}"
+        layout = udim.layout_of(obj.data, obj.km_makeup.uv_map)
+        if layout is not None and len(layout.tiles) > 1:
+            message += f", where the UDIM tiles {', '.join(map(str, layout.tiles))} share a map (Skin > Tiles chooses)"
         if made:
             message += f"; the head had no material, so it was given {made!r}"
         if self.all_light and give_all_light(context.scene):
@@ -93,7 +96,7 @@ class KM_OT_slot_toggle(MakeupOperator, bpy.types.Operator):
     index: IntProperty(name="Slot", description="Index of the material slot, counted from 0", min=0)
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        from ... import makeup
+        from ... import makeup, painting
 
         chosen = [entry.index for entry in obj.km_makeup.slots]
         wanted = [i for i in chosen if i != self.index] if self.index in chosen else sorted([*chosen, self.index])
@@ -102,6 +105,7 @@ class KM_OT_slot_toggle(MakeupOperator, bpy.types.Operator):
         makeup.set_up(obj, wanted, obj.km_makeup.uv_map)
         if obj.km_makeup.layers:
             makeup.refresh(obj, context.scene)
+        painting.follow_layer(obj, context.scene)
 
 
 class KM_OT_remove(MakeupOperator, bpy.types.Operator):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import bpy
 
+from ... import udim
 from ..base import MakeupPanel, in_two_places, paragraph, settings
 from .operators import (
     KM_OT_keep_maps,
@@ -109,7 +110,11 @@ class KM_PT_skin(MakeupPanel):
                 icon="CHECKBOX_HLT" if chosen else "CHECKBOX_DEHLT",
                 emboss=False,
             ).index = index
-        settings(layout).prop_search(obj.km_makeup, "uv_map", obj.data, "uv_layers", icon="GROUP_UVS")
+        column = settings(layout)
+        column.prop_search(obj.km_makeup, "uv_map", obj.data, "uv_layers", icon="GROUP_UVS")
+        tiles = udim.layout_of(obj.data, obj.km_makeup.uv_map)
+        if tiles:
+            column.prop(obj.km_makeup, "tiles", placeholder=" ".join(map(str, tiles.tiles)))
         row = layout.row(align=True)
         row.operator(KM_OT_refresh.bl_idname, icon="FILE_REFRESH")
         row.operator(KM_OT_remove.bl_idname, text="Remove", icon="TRASH")
