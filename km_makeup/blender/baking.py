@@ -22,7 +22,7 @@ from ..makeup import interface_of
 from ..makeup.maps import resized
 from ..spectra import bands
 from ..steps import result_of
-from . import gpu_bake, images
+from . import gpu_bake, images, udim
 from .heads import surface_of
 from .makeup import light_of, plan_of, refresh, skin_under, stack_of
 from .reducing import reduced
@@ -165,7 +165,11 @@ def layer_maps(
         free = 1 - mask.astype(np.float32) / np.float32(255 if mask.dtype == np.uint8 else 1)
         maps = [one.astype(np.float32) / np.float32(255 if one.dtype == np.uint8 else 1) * free for one in maps]
     past = past_islands(obj, maps[0].shape)
-    return [past.fill(values) for values in maps]
+    maps = [past.fill(values) for values in maps]
+    if udim.least_u(obj):
+        for values in maps:
+            values[:: len(values) - 1, :: values.shape[1] - 1] = 0  # the corner, where faces of other tiles lie
+    return maps
 
 
 def past_islands(obj: bpy.types.Object, shape: tuple[int, ...]) -> Dilation:

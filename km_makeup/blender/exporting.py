@@ -94,6 +94,11 @@ def export_steps(
         )
     originals = list(dict.fromkeys(entry.original for entry in obj.km_makeup.slots))
     skins = [flat_skin(obj, material) for material in originals]
+    if udim.least_u(obj) and (export.gltf or export.place != "FILES"):
+        raise MakeupError(
+            f"The skin of {obj.name!r} reaches beyond the UDIM tiles that makeup lies on, and plain materials would show the look's "
+            "textures there too; clear Skin > Tiles, or export the files only."
+        )
     folder = ensure_folder(export.folder)
     shape = _shape(obj, plan, skins, export.resolution)
     looks, bare = [], []

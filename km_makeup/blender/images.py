@@ -214,7 +214,9 @@ def rearranged(image: bpy.types.Image, old: TileLayout, new: TileLayout, keep_ol
     values = pixels(image)
     planes = [new.rearranged(np.ascontiguousarray(values[..., i]), old) for i in range(4)]
     height, width = planes[0].shape
-    twin = bpy.data.images.new(image.name, width, height, alpha=image.channels == 4, float_buffer=image.is_float, is_data=True)
+    twin = bpy.data.images.new(
+        image.name, width, height, alpha=image.channels == 4, float_buffer=image.is_float, is_data=True
+    )
     twin[IMAGE_KIND] = COSMETIC_MAP
     planes[3][:] = np.where(planes[3] == 0, 1, planes[3]) if image.channels < 4 else planes[3]
     twin.pixels.foreach_set(np.stack(planes, axis=-1).reshape(-1))

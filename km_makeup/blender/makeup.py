@@ -327,6 +327,7 @@ def refresh(obj: bpy.types.Object, scene: bpy.types.Scene | None = None, anew: b
         plan.finish.on,
         finishes_of(plan, products) if plan.finish.on else (),
         obj.km_makeup.exclusion,
+        udim.least_u(obj),
     )
     if anew or not _retuned(obj, parts, settings, engines, highlights, plan):
         group = makeup_group(parts, settings, f"KM Makeup {obj.name}")

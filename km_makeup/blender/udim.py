@@ -20,8 +20,8 @@ from ..makeup.udim import FIRST, NO_TILE, TileLayout, parsed, tile_numbers
 UV_MAP = "KM Makeup"
 """The UV map on which the tiles are gathered."""
 
-SOURCE, TILES = "km_makeup_uv_source", "km_makeup_tiles"
-"""Of a mesh: the UV map that the gathered one was made from, and the tiles on it."""
+SOURCE, TILES, LEFT_OUT = "km_makeup_uv_source", "km_makeup_tiles", "km_makeup_tiles_left_out"
+"""Of a mesh: the UV map that the gathered one was made from, the tiles on it, and others in which the skin has faces too."""
 
 
 def is_tiled(image: bpy.types.Image | None) -> bool:
@@ -56,9 +56,20 @@ def _images(tree: bpy.types.NodeTree, seen: set[str]) -> Iterator[bpy.types.Imag
 
 def layout_of(mesh: bpy.types.Mesh, uv_map: str) -> TileLayout | None:
     """How tiles lie on a UV map that was made here; None of any other."""
-    if uv_map == UV_MAP and SOURCE in mesh and uv_map in mesh.uv_layers:
+    if uv_map == UV_MAP and mesh.get(SOURCE) is not None and uv_map in mesh.uv_layers:
         return TileLayout(tuple(mesh[TILES]))
     return None
+
+
+def left_out(mesh: bpy.types.Mesh, uv_map: str) -> tuple[int, ...]:
+    """Tiles in which the skin has faces that have no place on the gathered UV map; NO_TILE for faces in none."""
+    return tuple(mesh[LEFT_OUT]) if layout_of(mesh, uv_map) is not None else ()
+
+
+def least_u(obj: bpy.types.Object) -> float:
+    """The u of the makeup's UV map left of which faces of its slots have no makeup; 0 where all may have."""
+    layout = layout_of(obj.data, obj.km_makeup.uv_map)
+    return layout.least_u if layout is not None and left_out(obj.data, obj.km_makeup.uv_map) else 0.0
 
 
 def source_of(mesh: bpy.types.Mesh, uv_map: str) -> str:
@@ -81,8 +92,8 @@ def check_gathered(obj: bpy.types.Object, materials: Iterable[bpy.types.Material
 
 def gathered(
     obj: bpy.types.Object, source: str, slots: Iterable[int], tiles: str = ""
-) -> tuple[TileLayout | None, NDArray[np.float32]]:
-    """How the object's skin would be gathered from a UV map: the layout, None where all lies in tile 1001, and UVs (corners, 2).
+) -> tuple[TileLayout | None, NDArray[np.float32], tuple[int, ...]]:
+    """How an object's skin would be gathered from a UV map: the layout, None where all is in tile 1001; UVs (corners, 2); tiles left out.
 
     Parameters: ``slots`` indices of the skin's material slots; ``tiles`` those wanted, as the user writes them (default: all).
     Raises MakeupError where the skin lies in none of them.
@@ -101,10 +112,11 @@ def gathered(
             f"in {', '.join(map(str, found)) or 'none'}."
         )
     if used == (FIRST,) and set(numbers) == {FIRST}:
-        return None, uv
+        return None, uv, ()
     layout = TileLayout(used)
     of_corners = np.repeat(np.where(skin, numbers, NO_TILE), _of_faces(mesh, "loop_total"))
-    return layout, layout.placed(uv.astype(np.float64), of_corners).astype(np.float32)
+    others = tuple(int(one) for one in np.unique(numbers[skin]) if one not in used)
+    return layout, layout.placed(uv.astype(np.float64), of_corners).astype(np.float32), others
 
 
 def gather(obj: bpy.types.Object, source: str, slots: Iterable[int], tiles: str = "") -> str:
@@ -112,11 +124,11 @@ def gather(obj: bpy.types.Object, source: str, slots: Iterable[int], tiles: str 
 
     Raises MakeupError where that fails, or the mesh takes no further UV map; it is then as before.
     """
-    layout, uv = gathered(obj, source, slots, tiles)
+    layout, uv, others = gathered(obj, source, slots, tiles)
     if layout is None:
         return source
     _target(obj).uv.foreach_set("vector", uv.reshape(-1))
-    obj.data[SOURCE], obj.data[TILES] = source, list(layout.tiles)
+    obj.data[SOURCE], obj.data[TILES], obj.data[LEFT_OUT] = source, list(layout.tiles), list(others)
     obj.data.update()
     return UV_MAP
 
@@ -130,13 +142,17 @@ def _target(obj: bpy.types.Object) -> bpy.types.MeshUVLoopLayer:
             "that makeup needs; make the mesh local (Object > Relations > Make Local)."
         )
     if UV_MAP in mesh.uv_layers:
-        if SOURCE not in mesh:
-            raise MakeupError(f"{obj.name!r} has a UV map named {UV_MAP!r} of its own; rename it, and press Set Up Makeup again.")
+        if layout_of(mesh, UV_MAP) is None:
+            raise MakeupError(
+                f"{obj.name!r} has a UV map named {UV_MAP!r} of its own; rename it, and press Set Up Makeup again."
+            )
         return mesh.uv_layers[UV_MAP]
     active = mesh.uv_layers.active_index
     made = mesh.uv_layers.new(name=UV_MAP, do_init=False)
     if made is None:
-        raise MakeupError(f"{obj.name!r} has as many UV maps as Blender takes; delete one, and press Set Up Makeup again.")
+        raise MakeupError(
+            f"{obj.name!r} has as many UV maps as Blender takes; delete one, and press Set Up Makeup again."
+        )
     mesh.uv_layers.active_index = active
     return mesh.uv_layers[UV_MAP]
 
@@ -152,13 +168,13 @@ def forget(obj: bpy.types.Object) -> None:
     mesh.uv_layers.remove(mesh.uv_layers[UV_MAP])
     if was_active and source in mesh.uv_layers:
         mesh.uv_layers.active = mesh.uv_layers[source]
-    del mesh[SOURCE], mesh[TILES]
+    release(mesh)
 
 
 def release(mesh: bpy.types.Mesh) -> None:
     """Leave a gathered UV map to the user as one of the mesh's own, for textures that stay on it."""
-    for name in (SOURCE, TILES):
-        if name in mesh:
+    for name in (SOURCE, TILES, LEFT_OUT):
+        if mesh.get(name) is not None:
             del mesh[name]
 
 
@@ -167,22 +183,21 @@ def tile_pixels(image: bpy.types.Image, number: int) -> NDArray[np.float32]:
 
     Raises MakeupError where the image lacks the tile.
     """
-    place = next((one.filepath for one in image.packed_files if one.tile_number == number), None)
-    if place is not None and not image.is_dirty:
-        return _packed(image, number, Path(place).suffix)
-    twin = image.copy()
+    packed = any(one.tile_number == number for one in image.packed_files)
+    twin = image.copy()  # with unsaved strokes, but of a packed image only with what has been drawn
     try:
         while len(twin.tiles) > 1 and twin.tiles[0].number != number:
             twin.tiles.remove(twin.tiles[0])  # pixels are those of the first tile
-        return _pixels(twin, image, number)
+        return _packed(image, number) if packed and min(twin.size) == 0 else _pixels(twin, image, number)
     finally:
         bpy.data.images.remove(twin)
 
 
-def _packed(image: bpy.types.Image, number: int, suffix: str) -> NDArray[np.float32]:
+def _packed(image: bpy.types.Image, number: int) -> NDArray[np.float32]:
+    one = next(one for one in image.packed_files if one.tile_number == number)
     with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / f"tile{suffix}"
-        file.write_bytes(next(one for one in image.packed_files if one.tile_number == number).packed_file.data)
+        file = Path(folder) / f"tile{Path(one.filepath).suffix}"
+        file.write_bytes(one.packed_file.data)
         single = bpy.data.images.load(str(file))
         try:
             single.colorspace_settings.name = image.colorspace_settings.name

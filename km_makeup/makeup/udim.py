@@ -49,10 +49,16 @@ class TileLayout:
         """Cells along each side of the grid."""
         return math.ceil(math.sqrt(len(self.tiles)))
 
+    @property
+    def least_u(self) -> float:
+        """Half of the least u that a face of a tile has."""
+        return 0.5 * MARGIN / self.columns
+
     def placed(self, uv: NDArray, numbers: NDArray) -> NDArray[np.float64]:
         """UVs (n, 2) of corners, each with the tile of its face (n,), on the gathered square.
 
-        Corners of faces in other tiles come to lie on its lower left corner, where no tile reaches: a brush paints nothing there.
+        Corners of faces in other tiles come to lie on its lower left corner, where no tile reaches. A brush that sweeps over such
+        faces leaves a dot there, which `least_u` tells from makeup.
         """
         result = np.zeros(uv.shape)
         for index, number in enumerate(self.tiles):
@@ -92,7 +98,7 @@ class TileLayout:
                 result[self._cell(index, result.shape)] = whole[there]
         return result
 
-    def _cell(self, index: int, shape: tuple[int, int]) -> tuple[slice, slice]:
+    def _cell(self, index: int, shape: tuple[int, ...]) -> tuple[slice, slice]:
         """Rows and columns of a cell in a picture."""
         row, column = divmod(index, self.columns)
         edges = [np.rint(np.arange(self.columns + 1) * length / self.columns).astype(int) for length in shape]

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 
 PRINCIPLED = "ShaderNodeBsdfPrincipled"
+SIDE = 16
+"""Width and height of a tile's texture."""
 
 
 def head(name: str = "Head", radius: float = 0.1):
@@ -60,6 +62,45 @@ def texture_image(name: str, colour, size: int = 16):
     image.pixels.foreach_set(rgba.astype(np.float32).reshape(-1))
     image.update()
     return image
+
+
+def tiled(name: str, tiles: dict[int, np.ndarray], folder: Path):
+    """A tiled image from files of its tiles, float."""
+    import bpy
+
+    from km_makeup.bake.files import write_exr
+
+    for number, values in tiles.items():
+        write_exr(folder / f"{name}.{number}.exr", values, half=False)
+    image = bpy.data.images.load(str(folder / f"{name}.{min(tiles)}.exr"))
+    image.source = "TILED"
+    image.filepath = str(folder / f"{name}.<UDIM>.exr")
+    image.colorspace_settings.name = "Non-Color"
+    assert [one.number for one in image.tiles] == sorted(tiles)
+    return image
+
+
+def albedo(seed: int) -> np.ndarray:
+    """A float albedo (SIDE, SIDE, 3) that varies at random around a skin's colour."""
+    return (np.array([0.45, 0.27, 0.19]) * np.random.default_rng(seed).uniform(0.8, 1.2, (SIDE, SIDE, 1))).astype(
+        np.float32
+    )
+
+
+def to_tile(obj, faces: np.ndarray, shift: tuple[int, int]) -> None:
+    """Move the UVs of faces by whole tiles."""
+    mesh = obj.data
+    uv = np.empty(len(mesh.loops) * 2, np.float32)
+    mesh.uv_layers[0].uv.foreach_get("vector", uv)
+    uv = uv.reshape(-1, 2)
+    counts = np.array([one.loop_total for one in mesh.polygons])
+    uv[np.repeat(faces, counts)] += shift
+    mesh.uv_layers[0].uv.foreach_set("vector", uv.reshape(-1))
+
+
+def right_half(obj) -> np.ndarray:
+    """Which faces lie at x > 0."""
+    return np.array([one.center.x > 0 for one in obj.data.polygons])
 
 
 def mixed(material_name: str, build: Callable) -> object:

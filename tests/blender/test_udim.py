@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -11,43 +9,6 @@ from km_makeup.errors import MakeupError
 from tests.blender import scenes
 
 pytestmark = pytest.mark.blender
-
-SIDE = 16
-
-
-def tiled(name: str, tiles: dict[int, np.ndarray], folder: Path):
-    """A tiled image from files of its tiles, float."""
-    import bpy
-
-    from km_makeup.bake.files import write_exr
-
-    for number, values in tiles.items():
-        write_exr(folder / f"{name}.{number}.exr", values, half=False)
-    image = bpy.data.images.load(str(folder / f"{name}.{min(tiles)}.exr"))
-    image.source = "TILED"
-    image.filepath = str(folder / f"{name}.<UDIM>.exr")
-    image.colorspace_settings.name = "Non-Color"
-    assert [one.number for one in image.tiles] == sorted(tiles)
-    return image
-
-
-def albedo(seed: int) -> np.ndarray:
-    return (np.array([0.45, 0.27, 0.19]) * np.random.default_rng(seed).uniform(0.8, 1.2, (SIDE, SIDE, 1))).astype(np.float32)
-
-
-def to_tile(obj, faces: np.ndarray, shift: tuple[int, int]) -> None:
-    """Move the UVs of faces by whole tiles."""
-    mesh = obj.data
-    uv = np.empty(len(mesh.loops) * 2, np.float32)
-    mesh.uv_layers[0].uv.foreach_get("vector", uv)
-    uv = uv.reshape(-1, 2)
-    counts = np.array([one.loop_total for one in mesh.polygons])
-    uv[np.repeat(faces, counts)] += shift
-    mesh.uv_layers[0].uv.foreach_set("vector", uv.reshape(-1))
-
-
-def right_half(obj) -> np.ndarray:
-    return np.array([one.center.x > 0 for one in obj.data.polygons])
 
 
 def uvs(obj, name: str) -> np.ndarray:
@@ -59,17 +20,17 @@ def uvs(obj, name: str) -> np.ndarray:
 @pytest.fixture
 def pair(clean_scene, tmp_path):
     """One head on a single texture, and the same head with its right half in tile 1002, which shows the same texture."""
-    texture = albedo(1)
+    texture = scenes.albedo(1)
     plain, split = scenes.head("Plain"), scenes.head("Split")
     for obj, image in (
-        (plain, tiled("single", {1001: texture}, tmp_path)),
-        (split, tiled("skin", {1001: texture, 1002: texture}, tmp_path)),
+        (plain, scenes.tiled("single", {1001: texture}, tmp_path)),
+        (split, scenes.tiled("skin", {1001: texture, 1002: texture}, tmp_path)),
     ):
         material = scenes.skin(f"Skin of {obj.name}", textured=True)
         node = next(n for n in material.node_tree.nodes if n.bl_idname == "ShaderNodeTexImage")
         node.image = image
         obj.data.materials.append(material)
-    to_tile(split, right_half(split), (1, 0))
+    scenes.to_tile(split, scenes.right_half(split), (1, 0))
     return plain, split
 
 
@@ -107,7 +68,7 @@ def test_set_up_gathers_the_tiles_and_remove_leaves_the_mesh_as_it_was(pair):
     np.testing.assert_array_equal(uvs(split, "UVMap"), own)
     placed = uvs(split, udim.UV_MAP)
     assert placed.min() > 0 and placed.max() < 1
-    right = np.repeat(right_half(split), [one.loop_total for one in split.data.polygons])
+    right = np.repeat(scenes.right_half(split), [one.loop_total for one in split.data.polygons])
     assert placed[~right, 0].max() < 0.5 < placed[right, 0].min()
     makeup.remove(split)
     assert [one.name for one in split.data.uv_layers] == ["UVMap"] and not split.data.keys()
@@ -174,12 +135,16 @@ def test_a_tiled_normal_map_becomes_a_texture_of_the_export(pair, test_products,
     split = pair[1]
     tree = split.data.materials[0].node_tree
     mapped, texture = tree.nodes.new("ShaderNodeNormalMap"), tree.nodes.new("ShaderNodeTexImage")
-    flat, tilted = (np.tile(np.array(one, np.float32), (SIDE, SIDE, 1)) for one in ([0.5, 0.5, 1], [0.75, 0.5, 0.9]))
-    texture.image = tiled("normal", {1001: flat, 1002: tilted}, tmp_path)
+    flat, tilted = (
+        np.tile(np.array(one, np.float32), (scenes.SIDE, scenes.SIDE, 1)) for one in ([0.5, 0.5, 1], [0.75, 0.5, 0.9])
+    )
+    texture.image = scenes.tiled("normal", {1001: flat, 1002: tilted}, tmp_path)
     tree.links.new(texture.outputs["Color"], mapped.inputs["Color"])
     tree.links.new(mapped.outputs["Normal"], scenes.principled_of(split.data.materials[0]).inputs["Normal"])
     make_up(split, test_products[0], ramp())
-    exporting.export_all(split, bpy.context.scene, exporting.Export(tmp_path / "out", gltf=True, resolution=64, place="OBJECT"))
+    exporting.export_all(
+        split, bpy.context.scene, exporting.Export(tmp_path / "out", gltf=True, resolution=64, place="OBJECT")
+    )
     image = OpenImageIO.ImageInput.open(str(tmp_path / "out" / "Split_normal.png")).read_image("uint8")[::-1]
     np.testing.assert_allclose(image[8, 8, :3], [128, 128, 255], atol=1)
     np.testing.assert_allclose(image[8, 40, :3], [191, 128, 230], atol=1)
@@ -210,7 +175,10 @@ def test_a_bake_lies_on_the_gathered_map_and_shows_the_skin_of_each_tile(pair, t
         report = baking.bake_all(obj, bpy.context.scene)
         read.append(OpenImageIO.ImageInput.open(str(report.files["albedo"])).read_image("float")[..., :3])
     half = read[1].shape[1] // 2
-    whole, cells = read[0].mean(axis=(0, 1)), [read[1][half:, :half].mean(axis=(0, 1)), read[1][half:, half:].mean(axis=(0, 1))]
+    whole, cells = (
+        read[0].mean(axis=(0, 1)),
+        [read[1][half:, :half].mean(axis=(0, 1)), read[1][half:, half:].mean(axis=(0, 1))],
+    )
     np.testing.assert_allclose(cells, [whole, whole], rtol=0.02)  # the lower half, top row first
 
 
@@ -229,7 +197,7 @@ def test_paint_follows_its_tile_when_tiles_are_left_out_and_taken_back(pair, tes
     np.testing.assert_array_equal(alone, whole[:64, 64:])
     assert first.use_fake_user and first.name in bpy.data.images  # what tile 1001 held is there
     placed = uvs(split, udim.UV_MAP)
-    right = np.repeat(right_half(split), [one.loop_total for one in split.data.polygons])
+    right = np.repeat(scenes.right_half(split), [one.loop_total for one in split.data.polygons])
     assert np.all(placed[~right] == 0) and placed[right].min() > 0
     split.km_makeup.tiles = ""
     back = images.map_values(layer.map, "R")
@@ -238,6 +206,43 @@ def test_paint_follows_its_tile_when_tiles_are_left_out_and_taken_back(pair, tes
     split.km_makeup.tiles = "1007"
     assert "no skin in the tiles 1007" in split.km_makeup["problem"] and "1001, 1002" in split.km_makeup["problem"]
     np.testing.assert_array_equal(images.map_values(layer.map, "R"), back)
+
+
+@pytest.mark.parametrize("path", ["live", "baked", "finished"])
+def test_faces_of_tiles_left_out_are_bare_whatever_the_brush_left_at_their_corner(pair, test_products, tmp_path, path):
+    import bpy
+
+    from km_makeup.blender import baking, images
+    from km_makeup.blender.update import paused
+
+    scenes.studio()
+    plain, split = pair
+    plain.hide_render = True
+    bare = scenes.picture("cycles", tmp_path)
+    make_up(split, test_products[0], ramp())
+    split.km_makeup.tiles = "1002"
+    layer = split.km_makeup.layers[0]
+    layer.map = images.image_from_map("Everywhere", np.ones(tuple(layer.map.size), np.float32))
+    if path != "live":
+        with paused():
+            split.km_makeup.folder, split.km_makeup.finished = str(tmp_path), path == "finished"
+        baking.bake_all(split, bpy.context.scene)
+    changed = np.abs(scenes.picture("cycles", tmp_path) - bare).max(axis=(0, 2))
+    assert changed[:16].max() < 0.02 < 0.05 < changed[24:32].max()  # tile 1002 is the right half
+
+
+def test_plain_materials_are_refused_where_tiles_are_left_out(pair, test_products, tmp_path):
+    import bpy
+
+    from km_makeup.blender import exporting
+
+    split = pair[1]
+    make_up(split, test_products[0], ramp())
+    split.km_makeup.tiles = "1002"
+    for export in (exporting.Export(tmp_path / "out", gltf=True), exporting.Export(tmp_path / "out", place="COPY")):
+        refused(lambda one=export: exporting.export_all(split, bpy.context.scene, one), "clear Skin > Tiles")
+    assert not (tmp_path / "out").exists()
+    assert exporting.export_all(split, bpy.context.scene, exporting.Export(tmp_path / "out", resolution=64)).files
 
 
 def test_faces_of_other_slots_have_no_place_under_the_brush(pair):
@@ -269,19 +274,19 @@ def test_a_look_of_a_tiled_head_goes_on_the_same_head_elsewhere_as_it_is(pair, t
     np.testing.assert_allclose(images.map_values(split.km_makeup.layers[0].map, "R") / 255, painted, atol=0.5 / 255)
 
 
-@pytest.mark.parametrize("state", ["files", "packed", "painted"])
+@pytest.mark.parametrize("state", ["files", "packed", "painted", "packed and painted"])
 def test_every_tile_is_read_wherever_its_pixels_are(clean_scene, tmp_path, state):
     import bpy
 
     from km_makeup.blender import udim
 
-    tiles = {number: albedo(number) for number in (1001, 1002, 1013)}
-    image = tiled("Skin", tiles, tmp_path)
-    if state == "packed":
+    tiles = {number: scenes.albedo(number) for number in (1001, 1002, 1013)}
+    image = scenes.tiled("Skin", tiles, tmp_path)
+    if "packed" in state:
         image.pack()
         for file in tmp_path.iterdir():
             file.unlink()
-    elif state == "painted":
+    if "painted" in state:
         image.tiles.active_index = 1
         with bpy.context.temp_override(edit_image=image):
             bpy.ops.image.tile_fill(color=(0.25, 0.5, 0.75, 1), generated_type="BLANK", width=4, height=8, float=True)
@@ -330,12 +335,12 @@ def test_a_skin_that_became_tiled_is_refused_until_it_is_set_up_again(clean_scen
 
     head = scenes.head()
     head.data.materials.append(scenes.skin(textured=True))
-    to_tile(head, right_half(head), (1, 0))
+    scenes.to_tile(head, scenes.right_half(head), (1, 0))
     looks.apply_look(head, painted_look)
     with paused():
         head.km_makeup.folder = str(tmp_path / "baked")
     tree = head.km_makeup.slots[0].original.node_tree
-    image = tiled("Tiles", {1001: albedo(1), 1002: albedo(2)}, tmp_path)
+    image = scenes.tiled("Tiles", {1001: scenes.albedo(1), 1002: scenes.albedo(2)}, tmp_path)
     if behind == "colour":
         next(n for n in tree.nodes if n.bl_idname == "ShaderNodeTexImage").image = image
     else:
@@ -361,6 +366,8 @@ def test_a_tiled_map_is_refused_in_the_bake(clean_scene, painted_look, tmp_path)
     looks.apply_look(head, painted_look)
     with paused():
         head.km_makeup.folder = str(tmp_path / "baked")
-        head.km_makeup.layers[1].map = tiled("Painted Tiles", {1001: albedo(1)}, tmp_path)
-    refused(lambda: baking.bake_all(head, bpy.context.scene), "The image 'Painted Tiles.*tiled .UDIM., and a map of makeup")
+        head.km_makeup.layers[1].map = scenes.tiled("Painted Tiles", {1001: scenes.albedo(1)}, tmp_path)
+    refused(
+        lambda: baking.bake_all(head, bpy.context.scene), "The image 'Painted Tiles.*tiled .UDIM., and a map of makeup"
+    )
     assert not (tmp_path / "baked").exists()

