@@ -21,6 +21,11 @@ def answer(result: Result) -> str:
     best = min(result.rungs, key=lambda r: (r.error.mean, r.times.later))
     if not good:
         near = min(result.rungs, key=lambda r: r.error.p99)
+        if result.noise is not None and result.noise.p99 > visible:
+            return (
+                f"Nearest is {near.name}: 99 % of its errors are below {near.error.p99:.2f}. Whether that is visible ({visible:g} {unit}) "
+                f"can't be told here: the reference's own grain is {result.noise.p99:.2f} at 99 %. {_told_apart(result)}"
+            )
         return f"No way here keeps 99 % of the errors below {visible:g} {unit}; the nearest, {near.name}, has {near.error.p99:.2f}."
     quick = min(good, key=lambda r: r.times.later)
     text = (
@@ -34,6 +39,20 @@ def answer(result: Result) -> str:
         text
         + f" The most accurate in the mean, {best.name} ({_least(best.error.mean)}), takes {times} times as long as that."
     )
+
+
+def _told_apart(result: Result) -> str:
+    """Which rungs the grain of the reference cannot tell apart from the nearest, and the fastest of them."""
+    assert result.noise is not None
+    best = min(r.error.mean for r in result.rungs)
+    alike = [r for r in result.rungs if r.error.mean <= best + result.noise.mean / 4]
+    if len(alike) < 2:
+        return "It is nearer than all others by more than a quarter of that grain."
+    quick = min(alike, key=lambda r: r.times.later)
+    names = ", ".join(r.name for r in alike[:-1]) + f" and {alike[-1].name}"
+    if all(_as_long(r, quick) for r in alike):
+        return f"{names} differ by less than a quarter of it, and their times by less than they scatter."
+    return f"{names} differ by less than a quarter of it; {quick.name} is the fastest of them."
 
 
 def about(ratio: float) -> str:
@@ -59,7 +78,8 @@ def in_short(results: Sequence[Result]) -> list[tuple[str, str]]:
     by_name = {result.ladder.name: result for result in results if result.rungs}
     found = []
     for name, question, tell in QUESTIONS:
-        missing = "Not in this run; km_makeup accuracy HEAD.blend measures it." if name in OF_A_HEAD else ""
+        head = " HEAD.blend" if name in OF_A_HEAD else ""
+        missing = f"Not measured in this run: km_makeup accuracy{head} --ladder {name} --out FOLDER."
         text = tell(by_name) if name in by_name else missing
         if text:
             found.append((question, text))

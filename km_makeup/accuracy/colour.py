@@ -97,7 +97,7 @@ def colour_ladder(stacks: Sequence[Stack] | None = None, timed: Stack | None = N
         "Colour of films over skin",
         "CIEDE2000",
         f"{len(work.values)} texels of {len(work.products)} films",
-        "81 values of K and S read straight at 1 nm, 40 digits (mpmath), colour functions at 1 nm",
+        "films computed at every nm in 40 digits (mpmath), K and S on straight lines between their 81 values",
         [
             Rung(name, about, _preparer(method, work), _judge(method, cases), setting)
             for name, about, method, setting in METHODS

@@ -49,8 +49,9 @@ GLOSSARY = (
     "weights made for films on skin, even ones lie in equal steps. Live: each film a small table in the shader. Baked: the stack as three "
     "textures. Air interface: the surface through which all light leaves. Skin basis: spectra made from colours as skins have them. Finish: "
     "roughness and reflectance of a surface; GGX and Kelemen (Huang et al. 2013, Eq 5) are two models of its highlight. D65, A: daylight, "
-    "bulb. <b>mean, 99 %, max</b>: of the error over all cases. <b>time</b>: median of later runs; <b>± %</b>: half the width of their middle "
-    "half; ratios closer than that are no difference. <b>first</b>: the first run, with compiling and loading. <b>prepare</b>: paid once "
+    "bulb. plan N: what the plan leaves out when every effect may change the picture by N. Across steps: not stopped at steps in depth. No slope: as if all skin faced the camera. <b>mean, 99 %, max</b>: of the error over all cases. <b>time</b>: median of later runs; <b>± %</b>: half the width of their middle "
+    "half; ratios closer than that are no difference. Where a frame is timed at fewer samples than its "
+    "error is taken at, all of the ladder are, in proportion. <b>first</b>: the first run, which may have to compile and load. <b>prepare</b>: paid once "
     "(fits, bakes). <b>MB</b>: most memory during a run.</p></details>"
 )
 
@@ -69,7 +70,7 @@ def page(results: Sequence[Result], made: dict[str, str], current: Sequence[str]
         "<h1>What accuracy costs in time</h1>"
         '<p class="soft">Every point of a plot is a way to compute one thing (powder and mip-mapping: at several sizes). The truth is the '
         "same physics computed without short cuts, or path traced: not a photograph of skin. Further down is nearer to it, further left is "
-        "faster; red points are those that no other beats in both. Times are of this machine: compare their ratios. Differences of "
+        "faster; red points are those that no other beats in both, the green one is the setting in force. Times are of this machine: compare their ratios. Differences of "
         "colour are CIEDE2000: below 0.5 nobody sees them, 1 is seen side by side, 3 at a glance.</p>"
         f"{GLOSSARY}{_in_short(results)}{''.join(parts)}"
         f'<h2>Measured on</h2><p class="soft">{html.escape(facts)}</p></body></html>\n'
@@ -92,7 +93,7 @@ def _section(result: Result, current: set[str]) -> str:
         f'<p class="answer">{html.escape(answer(result))}</p>'
         f'<figure style="margin:0"><div class="plot">{plot(result, current)}</div><figcaption>99th percentile of the error in '
         f"{html.escape(ladder.unit)} against {html.escape(ladder.reference)}; {time_of(result)} of {html.escape(ladder.run_of)}, as a "
-        f"multiple of the fastest; the dotted line is where an error begins to matter.{_grain(result)}{'' if result.whole else ' Measuring was stopped: times are of fewer runs.'}</figcaption></figure>"
+        f"multiple of the fastest{_line(result)}.{_grain(result)}{'' if result.whole else ' Measuring was stopped: times are of fewer runs.'}</figcaption></figure>"
         f"{_table(result, current)}{_notes(result)}{_shots(result)}"
     )
 
@@ -110,6 +111,8 @@ def _grain(result: Result) -> str:
 def _notes(result: Result) -> str:
     """Rungs that do not fall as theory says, and what is known about the ladder."""
     lines = [f"Not as theory says: {html.escape(one)}." for one in not_falling(result)]
+    if lines and result.noise is not None:
+        lines.append("The noise of a picture counts as its error, and path tracing with few samples is noisy.")
     lines += [html.escape(one) for one in result.ladder.notes]
     return f'<ul class="soft">{"".join(f"<li>{one}</li>" for one in lines)}</ul>' if lines else ""
 
@@ -140,6 +143,16 @@ def _duration(seconds: float) -> str:
     return f"{seconds:.2f} s" if seconds >= 1 else f"{1e3 * seconds:.3g} ms"
 
 
+def _line(result: Result) -> str:
+    """What the dotted line is, where the plot has one."""
+    return "; the dotted green line is where an error begins to matter" if _line_shows(result) else ""
+
+
+def _line_shows(result: Result) -> bool:
+    errors = [max(r.error.p99, LEAST) for r in result.rungs]
+    return min(errors) < result.ladder.visible < max(errors)
+
+
 def plot(result: Result, current: set[str]) -> str:
     """Error over time as SVG, both axes logarithmic."""
     zp = plotting_library()
@@ -153,7 +166,7 @@ def plot(result: Result, current: set[str]) -> str:
     graph.axesnames("time, multiple of the fastest", f"99 % of the errors lie below, {result.ladder.unit}")
     graph.xrange(*_span(x.values())).yrange(*_span(y.values()))
     low, high = _span(x.values())
-    if min(y.values()) < result.ladder.visible < max(y.values()):
+    if _line_shows(result):
         graph.add(zp.PolyLine([low, high], [result.ladder.visible] * 2).color(CURRENT).strokewidth(1).stroke(":"))
     front = sorted((r for r in result.rungs if r.on_front), key=lambda r: x[r.name])
     if len(front) > 1:

@@ -17,7 +17,10 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+from km_makeup.accuracy.answers import in_short
 from km_makeup.accuracy.kept import SHIPPED, Kept, KeptRung, read_kept
+from km_makeup.accuracy.ladder import Ladder, Measured, Result, Times
+from km_makeup.accuracy.pictures import Spread
 from km_makeup.effects import Calibration
 from km_makeup.effects import calibration as costs
 
@@ -103,12 +106,34 @@ def kept_of(content: dict) -> Kept:
     )  # fmt: skip
 
 
+def results_of(content: dict) -> list[Result]:
+    """The measurement as it was, for the sentences that it answers questions with."""
+    found = []
+    for name, about in content["ladders"].items():
+        noise = about["noise"]
+        ladder = Ladder(name, about["title"], about["unit"], about["time_of"], about["reference"], ())
+        rungs = [
+            Measured(
+                r["rung"], r["about"], r["setting"], Spread(r["error_mean"], r["error_p99"], r["error_max"]),
+                Times(r["prepare_s"], r["first_s"], r["later_s"], r["spread_s"], r["memory_mb"] or 0.0), r["on_front"],
+            )
+            for r in content["rungs"] if r["ladder"] == name
+        ]  # fmt: skip
+        found.append(Result(ladder, rungs, Spread(**noise) if noise else None, about["whole"]))
+    return found
+
+
 def tables(content: dict) -> str:
-    """The ladders as Markdown, ratios instead of times."""
+    """The answers, and the ladders as Markdown, ratios instead of times."""
     made = content["made"]
-    lines = [
-        f"Measured on {made['date'][:10]}: {made['processor']}, {made['cores']} cores, Python {made['python']}, "
-        f"NumPy {made['numpy']}{', Blender ' + made['Blender'] if 'Blender' in made else ''}. Each ladder is one run; time as a multiple of its fastest.",
+    lines = [f"- **{question}** {text}" for question, text in in_short(results_of(content))]
+    lines += [
+        "",
+        f"Measured on {made['date'][:10]}: {made['processor']}, {made['cores']} cores, no graphics card (EEVEE is drawn by the processor), Python "
+        f"{made['python']}, NumPy {made['numpy']}{', Blender ' + made['Blender'] if 'Blender' in made else ''}. A ladder is a comparison of ways to "
+        "compute one thing, a rung one of them. Each ladder is one run; time as a multiple of its fastest, ± half of the middle half of the runs: ratios "
+        "that lie closer are no difference. plan N: what the plan leaves out when every effect may change the picture by N; across steps: not "
+        "stopped at steps in depth; no slope: as if all skin faced the camera. Baked colours are paid once, in the bake.",
     ]
     for name, about in content["ladders"].items():
         rungs = [
@@ -123,9 +148,10 @@ def tables(content: dict) -> str:
             f"**{about['title']}** ({about['unit']} against {about['reference']}; {about['time_of']}).{grain}",
             "",
         ]
-        lines += ["| | mean | 99 % | time |", "| --- | ---: | ---: | ---: |"]
+        lines += ["| | mean | 99 % | time | ± % |", "| --- | ---: | ---: | ---: | ---: |"]
         lines += [
-            f"| {r['rung']} | {_short(r['error_mean'])} | {_short(r['error_p99'])} | {r['ratio']:.3g} |" for r in rungs
+            f"| {r['rung']} | {_short(r['error_mean'])} | {_short(r['error_p99'])} | {r['ratio']:.3g} | {100 * r['spread_s'] / r['later_s']:.0f} |"
+            for r in rungs
         ]
     plots = [name for name in PLOTS if name in content["ladders"]]
     lines += ["", *(f"![Error over time: {name}](sample_blend/accuracy-{name}.svg)" for name in plots)]
