@@ -99,6 +99,11 @@ def export_steps(
             f"The skin of {obj.name!r} reaches beyond the UDIM tiles that makeup lies on, and plain materials would show the look's "
             "textures there too; clear Skin > Tiles, or export the files only."
         )
+    if export.place == "OBJECT" and udim.sharing(obj):
+        raise MakeupError(
+            f"{obj.name!r} shares its mesh with {udim.sharing(obj)[0].name!r}, which wears makeup on the same UDIM tiles; export a copy, or "
+            "give this one a mesh of its own (Object > Relations > Make Single User > Object & Data)."
+        )
     folder = ensure_folder(export.folder)
     shape = _shape(obj, plan, skins, export.resolution)
     looks, bare = [], []

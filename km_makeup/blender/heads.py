@@ -10,7 +10,7 @@ from ..makeup.correspondence import Head
 from ..makeup.landmarks import NAMES, propose
 from ..makeup.surface import Surface, uv_fingerprint
 from . import udim
-from .makeup import skin_slots
+from .makeup import default_uv_map, skin_slots
 from .triangles import triangles_of
 
 
@@ -36,19 +36,21 @@ def slots_of(obj: bpy.types.Object) -> list[int]:
 def uv_map_of(obj: bpy.types.Object) -> str:
     """The UV map that makeup lies on, or that Set Up would start from; MakeupError where there is none."""
     layers = obj.data.uv_layers
-    if obj.km_makeup.uv_map in layers:
+    if obj.km_makeup.slots and obj.km_makeup.uv_map in layers:
         return str(obj.km_makeup.uv_map)
     if not layers:
         raise MakeupError(f"{obj.name!r} has no UV map; unwrap it first (UV > Unwrap).")
-    return next((layer.name for layer in layers if layer.active_render), layers[0].name)
+    return udim.source_of(obj.data, default_uv_map(obj))
 
 
 def makeup_uv(obj: bpy.types.Object) -> np.ndarray:
     """UVs (face corners, 2) that the cosmetic maps lie on, or would after Set Up, with the tiles of a UDIM skin gathered."""
-    name, slots = uv_map_of(obj), slots_of(obj)
-    held = [obj.material_slots[i].material for i in slots if i < len(obj.material_slots)]
-    if not obj.km_makeup.slots and udim.tiled_texture([one for one in held if one is not None]):
-        return udim.gathered(obj, udim.source_of(obj.data, name), slots, obj.km_makeup.tiles)[1]
+    name = uv_map_of(obj)
+    if not obj.km_makeup.slots:
+        slots = [i for i in slots_of(obj) if obj.material_slots[i].material is not None]
+        placing = udim.placing(obj, name, slots, [obj.material_slots[i].material for i in slots], obj.km_makeup.tiles)
+        if placing is not None:
+            return placing.uv
     uv = np.empty(len(obj.data.loops) * 2, np.float32)
     obj.data.uv_layers[name].uv.foreach_get("vector", uv)
     return uv.reshape(-1, 2)

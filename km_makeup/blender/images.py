@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 
 import bpy
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MakeupError
+from ..makeup import udim as tiles
 from ..makeup.maps import CHANNELS, check_map
 from ..makeup.statistics import MapStatistics
 from ..makeup.statistics import statistics as map_statistics
@@ -206,23 +208,40 @@ def copy_of(image: bpy.types.Image) -> bpy.types.Image:
     return twin
 
 
-def rearranged(image: bpy.types.Image, old: TileLayout, new: TileLayout, keep_old: bool) -> bpy.types.Image:
-    """A packed map with what is painted on the tiles of another layout; all four channels, and the name.
+@dataclass(frozen=True)
+class MovedMap:
+    """The four channels (height, width, 4) of a map on other UDIM tiles, and whether some of its paint has no place there."""
 
-    ``keep_old`` keeps the map itself in the file, since some of its tiles have no place any more.
-    """
+    values: NDArray[np.float32]
+    loses: bool
+
+
+def moved(image: bpy.types.Image, old: TileLayout | None, new: TileLayout | None) -> MovedMap:
+    """A map as it is where tiles lie otherwise; MakeupError where it cannot be read, or not be replaced."""
+    if image.library is not None:
+        raise MakeupError(
+            f"The map {image.name!r} is linked from another file, so its paint cannot follow the skin's tiles; make it local "
+            "(Object > Relations > Make Local)."
+        )
     values = pixels(image)
-    planes = [new.rearranged(np.ascontiguousarray(values[..., i]), old) for i in range(4)]
-    height, width = planes[0].shape
+    planes = [tiles.moved(np.ascontiguousarray(values[..., i]), old, new) for i in range(4)]
+    if image.channels < 4:
+        planes[3] = np.ones_like(planes[0])
+    lost = any(tiles.loses(values[..., i], old, new) for i in range(3))
+    return MovedMap(np.stack(planes, axis=-1), lost)
+
+
+def replaced(image: bpy.types.Image, by: MovedMap) -> bpy.types.Image:
+    """A packed map of the same kind with other pixels; the map itself stays in the file where some of its paint is only there."""
+    height, width = by.values.shape[:2]
     twin = bpy.data.images.new(
         image.name, width, height, alpha=image.channels == 4, float_buffer=image.is_float, is_data=True
     )
     twin[IMAGE_KIND] = COSMETIC_MAP
-    planes[3][:] = np.where(planes[3] == 0, 1, planes[3]) if image.channels < 4 else planes[3]
-    twin.pixels.foreach_set(np.stack(planes, axis=-1).reshape(-1))
+    twin.pixels.foreach_set(by.values.reshape(-1))
     twin.update()
     pack(twin)
-    if keep_old:
+    if by.loses:
         keep([image])
     return twin
 

@@ -23,7 +23,7 @@ from ..makeup.maps import check_same_size
 from ..makeup.surface import Surface
 from ..products import Library, Product
 from ..steps import result_of
-from . import images
+from . import images, udim
 from .heads import head_of, landmarks_of, surface_of, uv_layout_of
 from .library import carry, library
 from .makeup import remove, set_up
@@ -261,6 +261,7 @@ def _all_or_nothing(obj: bpy.types.Object) -> Iterator[None]:
             makeup.path, makeup.show, makeup.exclusion = path, show, exclusion
             if not had_slots:
                 remove(obj, keep_layers=True)
+                udim.forget(obj)
         for image in set(bpy.data.images) - images_before:
             bpy.data.images.remove(image)
         raise

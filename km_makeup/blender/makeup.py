@@ -36,7 +36,7 @@ from .nodes.groups import (
 )
 from .nodes.weights import FilmHighlight
 from .shaders import apply_makeup, skin_colour_sockets
-from .skin import Skin, looks_like_skin, skin_of
+from .skin import Skin, colour_uv_maps, looks_like_skin, skin_of
 from .update import paused
 
 DRESSING = "km_makeup_dressing"
@@ -63,8 +63,7 @@ def set_up(obj: bpy.types.Object, slots: list[int] | None = None, uv_map: str | 
         raise MakeupError(
             f"{obj.name!r} has no UV map, so there is nothing to paint on; unwrap it first (UV > Unwrap)."
         )
-    uv_map = uv_map or next((layer.name for layer in layers if layer.active_render), layers[0].name)
-    uv_map = udim.source_of(obj.data, uv_map)
+    uv_map = udim.source_of(obj.data, uv_map or default_uv_map(obj, slots))
     if uv_map not in layers:
         raise MakeupError(
             f"{obj.name!r} has no UV map named {uv_map!r}; it has {', '.join(layer.name for layer in layers)}."
@@ -76,13 +75,18 @@ def set_up(obj: bpy.types.Object, slots: list[int] | None = None, uv_map: str | 
         )
     for index in chosen:
         _check_slot(obj, index)
-    before = udim.layout_of(obj.data, obj.km_makeup.uv_map)
-    if udim.tiled_texture(_original_of(obj.material_slots[index].material) for index in chosen):
-        uv_map = udim.gather(obj, uv_map, chosen, obj.km_makeup.tiles)
+    materials = [_original_of(obj.material_slots[index].material) for index in chosen]
+    placing = udim.placing(obj, uv_map, chosen, materials, obj.km_makeup.tiles)
+    moved = _moved_maps(obj, uv_map, placing.layout if placing else None)
+    if placing:
+        uv_map = udim.place(obj, placing)
     if obj.km_makeup.slots:
         remove(obj, keep_layers=True)
     with paused():
+        if moved:
+            obj.km_makeup.path = "LIVE"  # what was baked lies where the skin was before
         obj.km_makeup.uv_map = uv_map
+        obj.km_makeup["tiles_taken"] = obj.km_makeup.tiles
         for index in chosen:
             entry = obj.km_makeup.slots.add()
             entry.index, entry.original, entry.link = (
@@ -90,21 +94,41 @@ def set_up(obj: bpy.types.Object, slots: list[int] | None = None, uv_map: str | 
                 _original_of(obj.material_slots[index].material),
                 obj.material_slots[index].link,
             )
-    _follow_tiles(obj, before)
-
-
-def _follow_tiles(obj: bpy.types.Object, before: TileLayout | None) -> None:
-    """Bring the maps that were painted on other tiles to where those lie now."""
-    now = udim.layout_of(obj.data, obj.km_makeup.uv_map)
-    if now is None:
+        for holder, name, image in moved:
+            setattr(holder, name, images.replaced(getattr(holder, name), image))
+    if not placing:
         udim.forget(obj)
-    elif before is not None and before != now:
-        lost = not set(before.tiles) <= set(now.tiles)
-        with paused():
-            for holder, name in [*((layer, "map") for layer in obj.km_makeup.layers), (obj.km_makeup, "exclusion")]:
-                old = getattr(holder, name)
-                if old is not None and old.library is None and min(old.size) > 0:
-                    setattr(holder, name, images.rearranged(old, before, now, lost))
+
+
+def default_uv_map(obj: bpy.types.Object, slots: list[int] | None = None) -> str:
+    """The UV map that the skin's colour is drawn on, else the one that the object is rendered with."""
+    layers = obj.data.uv_layers
+    rendered = next((layer.name for layer in layers if layer.active_render), layers[0].name)
+    chosen = skin_slots(obj) if slots is None else slots
+    held = [obj.material_slots[i].material for i in chosen if i < len(obj.material_slots)]
+    drawn = {name for one in held if one and _original_of(one) for name in colour_uv_maps(_original_of(one))}
+    named = [name for name in drawn if name in layers]
+    return named[0] if len(drawn) == len(named) == 1 else rendered
+
+
+Moved = list[tuple[bpy.types.PropertyGroup, str, images.MovedMap]]
+
+
+def _moved_maps(obj: bpy.types.Object, source: str, now: TileLayout | None) -> Moved:
+    """The maps where their tiles will lie, by who holds them; none where they stay, or lie on another UV map altogether.
+
+    Raises MakeupError where a map cannot be moved; nothing is changed here.
+    """
+    makeup = obj.km_makeup
+    before = udim.layout_of(obj.data, makeup.uv_map)
+    if not makeup.slots or before == now or udim.source_of(obj.data, makeup.uv_map) != source:
+        return []
+    holders = [*((layer, "map") for layer in makeup.layers), (makeup, "exclusion")]
+    return [
+        (holder, name, images.moved(getattr(holder, name), before, now))
+        for holder, name in holders
+        if getattr(holder, name) is not None
+    ]
 
 
 def _check_slot(obj: bpy.types.Object, index: int) -> None:

@@ -62,9 +62,15 @@ def seen_by(obj: bpy.types.Object, scene: bpy.types.Scene, view: ViewFacts) -> S
     return _kept[key]
 
 
+def _readable(mesh: bpy.types.Mesh, uv_map: str) -> bool:
+    """Whether a mesh has this UV map, with its values: in Edit Mode they are elsewhere."""
+    layer = mesh.uv_layers.get(uv_map)
+    return layer is not None and 0 < len(layer.uv) == len(mesh.loops)
+
+
 def _mark(mesh: bpy.types.Mesh, uv_map: str) -> tuple[float, ...]:
     """A few numbers of the mesh that change when it is edited."""
-    if uv_map not in mesh.uv_layers or not mesh.vertices:
+    if not _readable(mesh, uv_map):
         return ()
     uv = np.empty(len(mesh.loops) * 2, np.float32)
     mesh.uv_layers[uv_map].uv.foreach_get("vector", uv)
@@ -98,7 +104,7 @@ def _computed(
     cameras: list[bpy.types.Object],
 ) -> Seen:
     mesh = obj.data
-    if not len(mesh.polygons) or uv_map not in mesh.uv_layers:
+    if not len(mesh.polygons) or not _readable(mesh, uv_map):
         return Seen(np.ones((GRID, GRID), bool), 0.0)
     found = triangles_of(mesh, uv_map)
     on_skin = np.isin(found.slots, slots)

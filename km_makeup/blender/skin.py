@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import MakeupError
 from ..makeup.maps import resized
 from ..makeup.udim import TileLayout
 from . import images, udim
@@ -80,7 +81,7 @@ def skin_of(materials: list[bpy.types.Material], obj: bpy.types.Object) -> Skin:
     """
     udim.check_gathered(obj, materials)
     found: list[NDArray] = []
-    texture = None
+    textures: list[SkinTexture | None] = []
     known = True
     for material in materials:
         for socket in skin_colour_sockets(material):
@@ -91,14 +92,15 @@ def skin_of(materials: list[bpy.types.Material], obj: bpy.types.Object) -> Skin:
             if node is None:
                 known = False
             else:
-                texture = on_makeup_map(node, obj)
+                textures.append(on_makeup_map(node, obj))
                 found.append(_sample(node.image, _tiles(node.image, obj)))
     if not found:
         from ..spectra.people import human_skins
 
         return Skin(human_skins(bpy.data.colorspace.working_space), None, False)
     colours = np.concatenate(found)
-    return Skin(_representative(colours), texture, known)
+    one = textures[0] if len(set(textures)) == 1 else None
+    return Skin(_representative(colours), one, known)
 
 
 def image_node(socket: bpy.types.NodeSocket) -> bpy.types.Node | None:
@@ -109,6 +111,13 @@ def image_node(socket: bpy.types.NodeSocket) -> bpy.types.Node | None:
     if node.bl_idname != "ShaderNodeTexImage" or node.image is None or out.name != "Color" or node.mute:
         return None
     return node
+
+
+def colour_uv_maps(material: bpy.types.Material) -> set[str]:
+    """The UV maps by name that the textures of a skin's colour are drawn on, where nodes say so."""
+    nodes = (image_node(socket) for socket in skin_colour_sockets(material) if socket.is_linked)
+    places = (n.inputs["Vector"].links[0].from_node for n in nodes if n is not None and n.inputs["Vector"].is_linked)
+    return {place.uv_map for place in places if place.bl_idname == "ShaderNodeUVMap" and place.uv_map}
 
 
 def on_makeup_map(node: bpy.types.Node, obj: bpy.types.Object) -> SkinTexture | None:
@@ -151,8 +160,21 @@ def _sample(image: bpy.types.Image, tiles: tuple[int, ...]) -> NDArray:
     space = bpy.data.colorspace.working_space
     key = (image.session_uid, tuple(image.size), image.filepath, image.colorspace_settings.name, space, tiles)
     if image.is_dirty or key not in _samples:
-        _samples[key] = np.concatenate([_read(pixels_of(image, one), image) for one in tiles or (udim.FIRST,)])
+        _samples[key] = np.concatenate(_readable(image, tiles or (udim.FIRST,)))
     return _samples[key]
+
+
+def _readable(image: bpy.types.Image, tiles: tuple[int, ...]) -> list[NDArray]:
+    """Colours of those tiles that have pixels; MakeupError where none has."""
+    found, problem = [], None
+    for number in tiles:
+        try:
+            found.append(_read(pixels_of(image, number), image))
+        except MakeupError as error:
+            problem = error
+    if problem is not None and not found:
+        raise problem
+    return found
 
 
 def _read(values: NDArray, image: bpy.types.Image) -> NDArray:

@@ -7,7 +7,8 @@ image there too. On the gathered UV map everything else works as on any head; th
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import bpy
@@ -38,9 +39,9 @@ def check_map(image: bpy.types.Image) -> None:
         )
 
 
-def tiled_texture(materials: Iterable[bpy.types.Material]) -> bpy.types.Image | None:
-    """A tiled image in the materials or their groups, None where they have none."""
-    return next((one for m in materials for one in _images(m.node_tree, set()) if is_tiled(one)), None)
+def tiled_textures(materials: Iterable[bpy.types.Material]) -> list[bpy.types.Image]:
+    """The tiled images in the materials and their groups."""
+    return [one for m in materials for one in _images(m.node_tree, set()) if is_tiled(one)]
 
 
 def _images(tree: bpy.types.NodeTree, seen: set[str]) -> Iterator[bpy.types.Image]:
@@ -80,88 +81,125 @@ def source_of(mesh: bpy.types.Mesh, uv_map: str) -> str:
 def check_gathered(obj: bpy.types.Object, materials: Iterable[bpy.types.Material]) -> None:
     """MakeupError where a skin is tiled and the makeup lies on its own UV map: one map would repeat in every tile."""
     mesh, uv_map = obj.data, obj.km_makeup.uv_map
-    texture = tiled_texture(materials)
-    if texture is None or layout_of(mesh, uv_map) is not None:
+    textures = tiled_textures(materials)
+    if not textures or layout_of(mesh, uv_map) is not None:
         return
-    if uv_map in mesh.uv_layers and set(np.unique(_numbers(mesh, uv_map))) != {FIRST}:
+    if uv_map in mesh.uv_layers and obj.mode != "EDIT" and set(np.unique(_numbers(mesh, uv_map))) != {FIRST}:
         raise MakeupError(
-            f"The texture {texture.name!r} is tiled (UDIM), and the UV map {uv_map!r} lies over several tiles; press Set Up "
+            f"The texture {textures[0].name!r} is tiled (UDIM), and the UV map {uv_map!r} lies over several tiles; press Set Up "
             "Makeup again, which gathers them on a UV map for the makeup."
         )
 
 
-def gathered(
-    obj: bpy.types.Object, source: str, slots: Iterable[int], tiles: str = ""
-) -> tuple[TileLayout | None, NDArray[np.float32], tuple[int, ...]]:
-    """How an object's skin would be gathered from a UV map: the layout, None where all is in tile 1001; UVs (corners, 2); tiles left out.
+@dataclass(frozen=True)
+class Placing:
+    """How an object's skin lies on the gathered UV map: its ``source``, the tiles, UVs of all face corners (n, 2), tiles left out."""
 
-    Parameters: ``slots`` indices of the skin's material slots; ``tiles`` those wanted, as the user writes them (default: all).
-    Raises MakeupError where the skin lies in none of them.
+    source: str
+    layout: TileLayout
+    uv: NDArray[np.float32]
+    left_out: tuple[int, ...]
+
+
+def placing(
+    obj: bpy.types.Object, source: str, slots: Sequence[int], materials: Sequence[bpy.types.Material], tiles: str = ""
+) -> Placing | None:
+    """How an object's skin would be gathered from a UV map; None where nothing has to be, since one image serves all of it.
+
+    Parameters: ``slots`` indices of the skin's material slots, ``materials`` what they hold; ``tiles`` those wanted, as the user writes
+    them (default: all that the skin's textures have). Skins are gathered whose textures are tiled, or whose slots lie in a tile each.
+    Raises MakeupError where the skin lies in none of them, or another object's makeup lies otherwise on the same mesh.
     """
-    mesh = obj.data
-    wanted = parsed(tiles)
-    uv, numbers = _uv(mesh, source), _numbers(mesh, source)
-    skin = np.ones(len(numbers), bool)
-    if len(obj.material_slots) > 1:
-        skin = np.isin(_of_faces(mesh, "material_index"), list(slots))
-    found = tuple(int(one) for one in np.unique(numbers[skin]) if one != NO_TILE)
+    mesh, wanted = obj.data, parsed(tiles)
+    there = {one.number for image in tiled_textures(materials) for one in image.tiles}
+    if obj.mode == "EDIT":
+        if there or layout_of(mesh, UV_MAP) is not None:
+            raise MakeupError(
+                f"{obj.name!r} is in Edit Mode, where its UV maps cannot be written; leave it (Tab) first."
+            )
+        return None
+    uv, numbers, faces = _uv(mesh, source), _numbers(mesh, source), _of_faces(mesh, "material_index")
+    skin = np.isin(faces, slots) if len(obj.material_slots) > 1 else np.ones(len(numbers), bool)
+    if not there and not _a_tile_a_slot(numbers, faces, slots):
+        return None
+    found = tuple(int(n) for n in np.unique(numbers[skin]) if n != NO_TILE and (not there or n in there))
     used = tuple(one for one in found if one in wanted) if wanted else found
     if not used:
         raise MakeupError(
-            f"{obj.name!r} has no skin in {f'the tiles {tiles}' if wanted else 'any UDIM tile'}; on the UV map {source!r} it lies "
-            f"in {', '.join(map(str, found)) or 'none'}."
+            f"{obj.name!r} has no skin in {f'the tiles {tiles}' if wanted else 'any tile of its textures'}; on the UV map {source!r} "
+            f"it lies in {', '.join(map(str, found)) or 'none'}."
         )
     if used == (FIRST,) and set(numbers) == {FIRST}:
-        return None, uv, ()
+        return None
     layout = TileLayout(used)
     of_corners = np.repeat(np.where(skin, numbers, NO_TILE), _of_faces(mesh, "loop_total"))
-    others = tuple(int(one) for one in np.unique(numbers[skin]) if one not in used)
-    return layout, layout.placed(uv.astype(np.float64), of_corners).astype(np.float32), others
+    placed = layout.placed(uv.astype(np.float64), of_corners).astype(np.float32)
+    found_too = tuple(int(one) for one in np.unique(numbers[skin]) if one not in used)
+    _check_others(obj, placed)
+    return Placing(source, layout, placed, found_too)
 
 
-def gather(obj: bpy.types.Object, source: str, slots: Iterable[int], tiles: str = "") -> str:
-    """Gather the object's tiles on the makeup's own UV map, as `gathered` says; its name, or ``source`` where all lies in tile 1001.
+def _a_tile_a_slot(numbers: NDArray, faces: NDArray, slots: Sequence[int]) -> bool:
+    """Whether each slot lies in one tile, and they not all in the same: textures are single images then, and a map would repeat."""
+    tiles = [set(numbers[faces == slot]) for slot in slots if np.any(faces == slot)]
+    return all(len(one) == 1 for one in tiles) and len(set().union(*tiles) - {NO_TILE}) > 1
 
-    Raises MakeupError where that fails, or the mesh takes no further UV map; it is then as before.
-    """
-    layout, uv, others = gathered(obj, source, slots, tiles)
-    if layout is None:
-        return source
-    _target(obj).uv.foreach_set("vector", uv.reshape(-1))
-    obj.data[SOURCE], obj.data[TILES], obj.data[LEFT_OUT] = source, list(layout.tiles), list(others)
-    obj.data.update()
+
+def sharing(obj: bpy.types.Object) -> list[bpy.types.Object]:
+    """Other objects whose makeup lies on the gathered UV map of the same mesh."""
+    mesh = obj.data
+    return [
+        one for one in bpy.data.objects
+        if one != obj and one.data == mesh and one.km_makeup.uv_map == UV_MAP and one.km_makeup.slots
+    ]  # fmt: skip
+
+
+def _check_others(obj: bpy.types.Object, placed: NDArray[np.float32]) -> None:
+    others = sharing(obj)
+    if others and layout_of(obj.data, UV_MAP) is not None and not np.array_equal(_uv(obj.data, UV_MAP), placed):
+        raise MakeupError(
+            f"{obj.name!r} shares its mesh with {others[0].name!r}, whose makeup lies on other tiles or slots of it; give this one a mesh "
+            "of its own (Object > Relations > Make Single User > Object & Data)."
+        )
+
+
+def place(obj: bpy.types.Object, placing: Placing) -> str:
+    """Write the gathered UV map; its name. MakeupError where the mesh takes no further UV map; it is then as before."""
+    mesh = obj.data
+    _make_room(obj)
+    # written as an attribute: Blender copies what copies of the mesh and undo steps share with it
+    mesh.attributes[UV_MAP].data.foreach_set("vector", placing.uv.reshape(-1))
+    mesh[SOURCE], mesh[TILES], mesh[LEFT_OUT] = placing.source, list(placing.layout.tiles), list(placing.left_out)
+    mesh.update()
     return UV_MAP
 
 
-def _target(obj: bpy.types.Object) -> bpy.types.MeshUVLoopLayer:
+def _make_room(obj: bpy.types.Object) -> None:
     """The UV map for the gathered tiles, new where there is none."""
     mesh = obj.data
     if mesh.library or mesh.override_library:
         raise MakeupError(
-            f"The mesh of {obj.name!r} is linked from another file and its skin is tiled (UDIM), so it cannot be given the UV map "
-            "that makeup needs; make the mesh local (Object > Relations > Make Local)."
+            f"The mesh of {obj.name!r} is linked from another file and its skin lies on several tiles (UDIM), so it cannot be given the "
+            "UV map that makeup needs; make the mesh local (Object > Relations > Make Local)."
         )
-    if UV_MAP in mesh.uv_layers:
-        if layout_of(mesh, UV_MAP) is None:
-            raise MakeupError(
-                f"{obj.name!r} has a UV map named {UV_MAP!r} of its own; rename it, and press Set Up Makeup again."
-            )
-        return mesh.uv_layers[UV_MAP]
+    if layout_of(mesh, UV_MAP) is not None:
+        return
+    if UV_MAP in mesh.attributes:
+        raise MakeupError(
+            f"{obj.name!r} has a UV map or attribute named {UV_MAP!r} of its own; rename it, and press Set Up Makeup again."
+        )
     active = mesh.uv_layers.active_index
-    made = mesh.uv_layers.new(name=UV_MAP, do_init=False)
-    if made is None:
+    if mesh.uv_layers.new(name=UV_MAP, do_init=False) is None:
         raise MakeupError(
             f"{obj.name!r} has as many UV maps as Blender takes; delete one, and press Set Up Makeup again."
         )
     mesh.uv_layers.active_index = active
-    return mesh.uv_layers[UV_MAP]
 
 
 def forget(obj: bpy.types.Object) -> None:
     """Take the gathered UV map off the object's mesh, unless another object's makeup lies on it."""
     mesh = obj.data
-    others = (one for one in bpy.data.objects if one != obj and one.data == mesh)
-    if layout_of(mesh, UV_MAP) is None or any(one.km_makeup.uv_map == UV_MAP and one.km_makeup.slots for one in others):
+    if obj.type != "MESH" or layout_of(mesh, UV_MAP) is None or sharing(obj):
         return
     source = str(mesh[SOURCE])
     was_active = mesh.uv_layers.active == mesh.uv_layers[UV_MAP]

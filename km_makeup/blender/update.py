@@ -85,8 +85,12 @@ def tiles_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> 
         makeup.refresh(obj)
         painting.follow_layer(obj, bpy.context.scene)
 
-    if not _paused and self.slots:
-        told(self.id_data, gather)
+    if _paused or not self.slots:
+        return
+    told(self.id_data, gather)
+    if self.get("problem"):
+        with paused():
+            self.tiles = self.get("tiles_taken", "")
 
 
 def follows_changed(self: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:

@@ -24,7 +24,7 @@ MARGIN = 1 / 256
 
 def tile_numbers(uv: NDArray) -> NDArray[np.int64]:
     """The tiles (n,) of UVs (n, 2); NO_TILE left of the first column, right of the tenth, or below the first row."""
-    cells = np.floor(uv).astype(np.int64)
+    cells = np.floor(np.nan_to_num(uv, nan=-1, posinf=-1, neginf=-1)).astype(np.int64)
     inside = (cells[:, 0] >= 0) & (cells[:, 0] < 10) & (cells[:, 1] >= 0) & (cells[:, 1] < 100)
     return np.where(inside, FIRST + cells[:, 0] + 10 * cells[:, 1], NO_TILE)
 
@@ -32,9 +32,9 @@ def tile_numbers(uv: NDArray) -> NDArray[np.int64]:
 def parsed(text: str) -> tuple[int, ...]:
     """Tile numbers as a user writes them: "1001 1002" or "1001, 1002"; MakeupError where one is none."""
     words = text.replace(",", " ").split()
-    wrong = next((word for word in words if not (word.isdecimal() and FIRST <= int(word) <= 2000)), None)
+    wrong = next((w for w in words if not (w.isdecimal() and len(w) == 4 and FIRST <= int(w) <= 2000)), None)
     if wrong is not None:
-        raise MakeupError(f"{wrong!r} is no UDIM tile; tiles have numbers from 1001 to 2000, as in: 1001 1002.")
+        raise MakeupError(f"{wrong[:20]!r} is no UDIM tile; tiles have numbers from 1001 to 2000, as in: 1001 1002.")
     return tuple(sorted({int(word) for word in words}))
 
 
@@ -87,7 +87,7 @@ class TileLayout:
 
     def rearranged(self, values: NDArray, old: TileLayout) -> NDArray:
         """A map (height, width) of another layout in this one, with as many texels to a tile; tiles that are new are zero."""
-        height, width = values.shape[0] // old.columns, values.shape[1] // old.columns
+        height, width = (max(1, length // old.columns) for length in values.shape)
         whole = resized(values, (height * old.columns, width * old.columns))
         if whole.dtype != values.dtype:
             whole = np.rint(whole * 255).astype(values.dtype)
@@ -98,11 +98,38 @@ class TileLayout:
                 result[self._cell(index, result.shape)] = whole[there]
         return result
 
+    def cell(self, values: NDArray, number: int) -> NDArray:
+        """The part of a picture that shows a tile, with the border around it."""
+        return values[self._cell(self.tiles.index(number), values.shape)]
+
     def _cell(self, index: int, shape: tuple[int, ...]) -> tuple[slice, slice]:
         """Rows and columns of a cell in a picture."""
         row, column = divmod(index, self.columns)
         edges = [np.rint(np.arange(self.columns + 1) * length / self.columns).astype(int) for length in shape]
         return slice(edges[0][row], edges[0][row + 1]), slice(edges[1][column], edges[1][column + 1])
+
+
+def moved(values: NDArray, old: TileLayout | None, new: TileLayout | None) -> NDArray[np.float32]:
+    """A float map (height, width) from one layout to another, as many texels to a tile; None is a map that every tile repeats."""
+    if old is None and new is None:
+        return values
+    if new is None:
+        assert old is not None
+        cell = old.cell(values, FIRST if FIRST in old.tiles else old.tiles[0])
+        up, right = (MARGIN + (1 - 2 * MARGIN) * _centres(slice(0, length)) for length in cell.shape)
+        return looked_up(cell, up, right)
+    if old is None:
+        shape = (values.shape[0] * new.columns, values.shape[1] * new.columns)
+        return new.gathered(lambda _: values[..., None], shape)[..., 0]
+    return new.rearranged(values, old)
+
+
+def loses(values: NDArray, old: TileLayout | None, new: TileLayout | None) -> bool:
+    """Whether `moved` leaves something behind that is painted."""
+    if old is None:
+        return False
+    kept = new.tiles if new is not None else (FIRST if FIRST in old.tiles else old.tiles[0],)
+    return any(old.cell(values, number).any() for number in old.tiles if number not in kept)
 
 
 def _origin(number: int) -> NDArray[np.float64]:

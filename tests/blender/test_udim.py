@@ -371,3 +371,196 @@ def test_a_tiled_map_is_refused_in_the_bake(clean_scene, painted_look, tmp_path)
         lambda: baking.bake_all(head, bpy.context.scene), "The image 'Painted Tiles.*tiled .UDIM., and a map of makeup"
     )
     assert not (tmp_path / "baked").exists()
+
+
+def painted_at(obj, layer_map) -> np.ndarray:
+    """What a map holds at every face of the skin, read at the middle of its UVs."""
+    from km_makeup.blender import images
+    from km_makeup.makeup.maps import looked_up
+
+    values, uv = images.map_values(layer_map, "R").astype(np.float32), uvs(obj, obj.km_makeup.uv_map)
+    middles = np.array([uv[f.loop_start : f.loop_start + f.loop_total].mean(axis=0) % 1 for f in obj.data.polygons])
+    return np.array([looked_up(values, np.array([v]), np.array([u]))[0, 0] for u, v in middles])
+
+
+def test_a_copy_of_the_mesh_keeps_its_own_uvs(pair, test_products):
+    split = pair[1]
+    make_up(split, test_products[0], ramp())
+    twin = split.copy()
+    twin.data = split.data.copy()
+    pair[0].users_collection[0].objects.link(twin)
+    before = uvs(split, "KM Makeup").copy()
+    twin.km_makeup.tiles = "1002"
+    assert not np.array_equal(uvs(twin, "KM Makeup"), before)
+    np.testing.assert_array_equal(uvs(split, "KM Makeup"), before)
+
+
+def test_undo_brings_back_uvs_with_the_map(pair, test_products):
+    import bpy
+
+    split = pair[1]
+    make_up(split, test_products[0], ramp())
+    bpy.ops.ed.undo_push(message="Painted")
+    before, painted = uvs(split, "KM Makeup").copy(), painted_at(split, split.km_makeup.layers[0].map)
+    split.km_makeup.tiles = "1002"
+    bpy.ops.ed.undo_push(message="Tiles")
+    bpy.ops.ed.undo()
+    split = bpy.data.objects["Split"]
+    np.testing.assert_array_equal(uvs(split, "KM Makeup"), before)
+    np.testing.assert_array_equal(painted_at(split, split.km_makeup.layers[0].map), painted)
+
+
+def test_textures_baked_for_other_tiles_are_not_shown(pair, test_products, tmp_path):
+    import bpy
+
+    from km_makeup.blender import baking
+    from km_makeup.blender.update import paused
+
+    split = pair[1]
+    make_up(split, test_products[0], ramp())
+    with paused():
+        split.km_makeup.folder = str(tmp_path)
+    baking.bake_all(split, bpy.context.scene)
+    assert split.km_makeup.path == "BAKED"
+    split.km_makeup.tiles = "1002"
+    assert split.km_makeup.path == "LIVE"
+
+
+def test_makeup_on_one_mesh_of_two_objects_lies_on_the_same_tiles(pair, test_products, tmp_path):
+    import bpy
+
+    from km_makeup.blender import exporting
+
+    split = pair[1]
+    make_up(split, test_products[0], ramp())
+    other = split.copy()
+    split.users_collection[0].objects.link(other)
+    before = uvs(split, "KM Makeup").copy()
+    other.km_makeup.tiles = "1002"
+    assert "shares its mesh with 'Split'" in other.km_makeup["problem"] and other.km_makeup.tiles == ""
+    np.testing.assert_array_equal(uvs(split, "KM Makeup"), before)
+    export = exporting.Export(tmp_path / "out", resolution=64, place="OBJECT")
+    with pytest.raises(MakeupError, match="shares its mesh with"):
+        exporting.export_all(split, bpy.context.scene, export)
+    assert not (tmp_path / "out").exists()
+
+
+def test_paint_follows_when_a_skin_becomes_tiled_and_single_again(pair, test_products, tmp_path):
+    from km_makeup.blender import makeup
+
+    split = pair[1]
+    to_plain = scenes.skin("Plain skin")
+    tiled_skin = split.data.materials[0]
+    split.data.materials[0] = to_plain
+    make_up(split, test_products[0], ramp())
+    assert split.km_makeup.uv_map == "UVMap"
+    painted = painted_at(split, split.km_makeup.layers[0].map)
+    makeup.refresh(split)
+    split.material_slots[0].material = tiled_skin
+    makeup.set_up(split)
+    assert split.km_makeup.uv_map == "KM Makeup"
+    np.testing.assert_allclose(painted_at(split, split.km_makeup.layers[0].map), painted, atol=0.01)
+    split.material_slots[0].material = to_plain
+    makeup.set_up(split)
+    assert split.km_makeup.uv_map == "UVMap" and len(split.data.uv_layers) == 1
+    np.testing.assert_allclose(painted_at(split, split.km_makeup.layers[0].map), painted, atol=0.02)
+
+
+@pytest.mark.parametrize("wrong", ["tiled", "empty"])
+def test_a_map_that_cannot_follow_leaves_all_as_it_was(pair, test_products, tmp_path, wrong):
+    import bpy
+
+    from km_makeup.blender import adding
+    from km_makeup.blender.update import paused
+
+    split = pair[1]
+    make_up(split, test_products[0], ramp())
+    layer = adding.add_layer(bpy.context, split, test_products[1])
+    with paused():
+        if wrong == "tiled":
+            layer.map = scenes.tiled("Mine", {1001: scenes.albedo(3)}, tmp_path)
+        else:
+            layer.map = bpy.data.images.load(str(tmp_path / "skin.1001.exr"))
+            layer.map.filepath = str(tmp_path / "gone.exr")
+    before, first = uvs(split, "KM Makeup").copy(), split.km_makeup.layers[0].map
+    split.km_makeup.tiles = "1002"
+    assert split.km_makeup["problem"] and split.km_makeup.tiles == ""
+    np.testing.assert_array_equal(uvs(split, "KM Makeup"), before)
+    assert split.km_makeup.layers[0].map == first
+
+
+def test_slots_of_a_tile_each_with_single_textures_are_gathered_too(clean_scene):
+    """As Daz and Poser figures have them: one map would show on both otherwise."""
+    from km_makeup.blender import makeup, udim
+
+    head = scenes.head()
+    for name in ("Face", "Torso"):
+        head.data.materials.append(scenes.skin(name, textured=True))
+    right = scenes.right_half(head)
+    head.data.polygons.foreach_set("material_index", right.astype(np.int32))
+    scenes.to_tile(head, right, (1, 0))
+    makeup.set_up(head)
+    assert udim.layout_of(head.data, head.km_makeup.uv_map).tiles == (1001, 1002)
+    makeup.remove(head)
+    makeup.set_up(head, [0])
+    assert head.km_makeup.uv_map == "UVMap"  # the torso's own tile does not matter to a face in the first one
+
+
+def test_the_uv_map_that_the_colour_is_drawn_on_is_taken(clean_scene):
+    from km_makeup.blender import makeup
+
+    head = scenes.head()
+    head.data.materials.append(scenes.skin(textured=True))
+    head.data.uv_layers.new(name="Baked")
+    tree = head.data.materials[0].node_tree
+    place = tree.nodes.new("ShaderNodeUVMap")
+    place.uv_map = "Baked"
+    texture = next(n for n in tree.nodes if n.bl_idname == "ShaderNodeTexImage")
+    tree.links.new(place.outputs["UV"], texture.inputs["Vector"])
+    makeup.set_up(head)
+    assert head.km_makeup.uv_map == "Baked"
+
+
+def test_tiles_that_the_textures_lack_are_left_out_and_edit_mode_is_refused(pair, test_products):
+    import bpy
+
+    from km_makeup.blender import makeup, udim
+
+    split = pair[1]
+    stray = np.zeros(len(split.data.polygons), bool)
+    stray[3] = True
+    scenes.to_tile(split, stray, (4, 0))
+    makeup.set_up(split)
+    assert udim.layout_of(split.data, udim.UV_MAP).tiles == (1001, 1002)
+    assert udim.left_out(split.data, udim.UV_MAP)
+    make_up(split, test_products[0], ramp())
+    bpy.context.view_layer.objects.active = split
+    bpy.ops.object.mode_set(mode="EDIT")
+    try:
+        split.km_makeup.tiles = "1001"
+        assert "Edit Mode" in split.km_makeup["problem"] and split.km_makeup.tiles == ""
+        split.km_makeup.layers[0].strength = 0.5  # no traceback
+    finally:
+        bpy.ops.object.mode_set(mode="OBJECT")
+
+
+def test_an_attribute_of_the_name_is_left_alone(pair):
+    from km_makeup.blender import makeup, udim
+
+    split = pair[1]
+    split.data.color_attributes.new(udim.UV_MAP, "BYTE_COLOR", "CORNER")
+    refused(lambda: makeup.set_up(split), "of its own; rename it")
+    assert [one.name for one in split.data.uv_layers] == ["UVMap"]
+
+
+def test_a_look_that_fails_leaves_no_uv_map(pair, painted_look, monkeypatch):
+    from km_makeup.blender import looks
+
+    split = pair[1]
+
+    def fail(*_: object, **__: object) -> None:
+        raise MakeupError("No.")
+
+    monkeypatch.setattr(looks, "_fill", fail)
+    refused(lambda: looks.apply_look(split, painted_look), "No.")
+    assert [one.name for one in split.data.uv_layers] == ["UVMap"] and not split.data.keys()

@@ -76,6 +76,7 @@ class KM_OT_set_up(MakeupOperator, bpy.types.Operator):
             add_layer(context, obj, first)
         elif obj.km_makeup.layers:
             told(obj, lambda one: makeup.refresh(one, context.scene, anew=True))
+            painting.follow_layer(obj, context.scene)
         if self.paint:
             painting.bring_into_view(context, obj)
             painting.enter(context, obj)
@@ -87,7 +88,8 @@ class KM_OT_set_up(MakeupOperator, bpy.types.Operator):
 
 
 class KM_OT_slot_toggle(MakeupOperator, bpy.types.Operator):
-    """Put makeup on this material slot, or leave it out"""
+    """Put makeup on this material slot, or leave it out. Of a UDIM skin the paint on tiles that only this slot has stays in the
+    old map"""
 
     bl_idname = "km_makeup.slot_toggle"
     bl_label = "Makeup on Slot"

@@ -117,6 +117,7 @@ class KM_PT_skin(MakeupPanel):
             column.prop(obj.km_makeup, "tiles", placeholder=" ".join(map(str, tiles.tiles)))
         row = layout.row(align=True)
         row.operator(KM_OT_refresh.bl_idname, icon="FILE_REFRESH")
+        row.operator(KM_OT_set_up.bl_idname, text="Set Up Again", icon="FILE_PARENT").paint = False
         row.operator(KM_OT_remove.bl_idname, text="Remove", icon="TRASH")
 
 
