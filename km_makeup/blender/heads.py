@@ -10,7 +10,7 @@ from ..makeup.correspondence import Head
 from ..makeup.landmarks import NAMES, propose
 from ..makeup.surface import Surface, uv_fingerprint
 from . import udim
-from .makeup import default_uv_map, skin_slots
+from .slots import default_uv_map, skin_slots
 from .triangles import triangles_of
 
 

@@ -35,8 +35,9 @@ from .nodes.groups import (
     signature_of,
 )
 from .nodes.weights import FilmHighlight
-from .shaders import apply_makeup, skin_colour_sockets
-from .skin import Skin, colour_uv_maps, looks_like_skin, skin_of
+from .shaders import apply_makeup
+from .skin import Skin, skin_of
+from .slots import check_slot, default_uv_map, original_of, skin_slots
 from .update import paused
 
 DRESSING = "km_makeup_dressing"
@@ -74,8 +75,8 @@ def set_up(obj: bpy.types.Object, slots: list[int] | None = None, uv_map: str | 
             f"{obj.name!r} has no material that makeup can lie on; give it a skin material with a Principled shader."
         )
     for index in chosen:
-        _check_slot(obj, index)
-    materials = [_original_of(obj.material_slots[index].material) for index in chosen]
+        check_slot(obj, index)
+    materials = [original_of(obj.material_slots[index].material) for index in chosen]
     placing = udim.placing(obj, uv_map, chosen, materials, obj.km_makeup.tiles)
     moved = _moved_maps(obj, uv_map, placing.layout if placing else None)
     if placing:
@@ -91,24 +92,13 @@ def set_up(obj: bpy.types.Object, slots: list[int] | None = None, uv_map: str | 
             entry = obj.km_makeup.slots.add()
             entry.index, entry.original, entry.link = (
                 index,
-                _original_of(obj.material_slots[index].material),
+                original_of(obj.material_slots[index].material),
                 obj.material_slots[index].link,
             )
         for holder, name, image in moved:
             setattr(holder, name, images.replaced(getattr(holder, name), image))
     if not placing:
         udim.forget(obj)
-
-
-def default_uv_map(obj: bpy.types.Object, slots: list[int] | None = None) -> str:
-    """The UV map that the skin's colour is drawn on, else the one that the object is rendered with."""
-    layers = obj.data.uv_layers
-    rendered = next((layer.name for layer in layers if layer.active_render), layers[0].name)
-    chosen = skin_slots(obj) if slots is None else slots
-    held = [obj.material_slots[i].material for i in chosen if i < len(obj.material_slots)]
-    drawn = {name for one in held if one and _original_of(one) for name in colour_uv_maps(_original_of(one))}
-    named = [name for name in drawn if name in layers]
-    return named[0] if len(drawn) == len(named) == 1 else rendered
 
 
 Moved = list[tuple[bpy.types.PropertyGroup, str, images.MovedMap]]
@@ -129,46 +119,6 @@ def _moved_maps(obj: bpy.types.Object, source: str, now: TileLayout | None) -> M
         for holder, name in holders
         if getattr(holder, name) is not None
     ]
-
-
-def _check_slot(obj: bpy.types.Object, index: int) -> None:
-    if not 0 <= index < len(obj.material_slots) or obj.material_slots[index].material is None:
-        raise MakeupError(f"{obj.name!r} has no material in slot {index + 1}; choose a slot that has one.")
-    material = obj.material_slots[index].material
-    if _original_of(material) is None:
-        raise MakeupError(
-            f"{material.name!r} in slot {index + 1} of {obj.name!r} is a copy that carries makeup, and its original is "
-            "not known here; put the skin's own material into the slot and press Set Up Makeup."
-        )
-    skin_colour_sockets(material)
-
-
-def _original_of(material: bpy.types.Material) -> bpy.types.Material | None:
-    """The skin material itself, or of a copy of ours the one that it was made from; None where that is lost."""
-    if not material.get(MADE):
-        return material
-    entries = (entry for obj in bpy.data.objects for entry in obj.km_makeup.slots)
-    known = next((entry.original for entry in entries if entry.made == material), None)
-    return known or material.get(ORIGINAL)
-
-
-def usable_slots(obj: bpy.types.Object) -> list[int]:
-    """Indices of the slots whose material has a shader that can carry makeup."""
-    result = []
-    for index, slot in enumerate(obj.material_slots):
-        try:
-            if slot.material is not None and skin_colour_sockets(slot.material):
-                result.append(index)
-        except MakeupError:
-            continue
-    return result
-
-
-def skin_slots(obj: bpy.types.Object) -> list[int]:
-    """Usable slots that look like skin: no eyes, hair, teeth and the like by name, no glass; all usable ones if none does."""
-    usable = usable_slots(obj)
-    held = [obj.material_slots[i].material for i in usable]
-    return [i for i, one in zip(usable, held) if looks_like_skin(one, (_original_of(one) or one).name)] or usable
 
 
 def remove(obj: bpy.types.Object, keep_layers: bool = False) -> None:

@@ -12,7 +12,7 @@ from mathutils import Matrix, Vector
 
 from ..errors import MakeupError
 from .light_threshold import give_all_light
-from .makeup import usable_slots
+from .slots import usable_slots
 
 UNITS = (("metres", 1.0), ("decimetres", 0.1), ("centimetres", 0.01), ("millimetres", 0.001), ("inches", 0.0254))
 LARGEST_DIMENSION = {

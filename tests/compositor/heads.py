@@ -354,8 +354,8 @@ def open_scene(head_name: str, look: str):
 
 def measured_radius(head) -> None:
     """Give the head's skins the radius whose Burley profile has the second moment of d'Eon and Luebke's (BLENDER.md)."""
-    from km_makeup.blender.makeup import usable_slots
     from km_makeup.blender.skin import skin_of
+    from km_makeup.blender.slots import usable_slots
 
     for slot in usable_slots(head):
         material = head.material_slots[slot].material
