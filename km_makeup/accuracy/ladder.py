@@ -6,6 +6,7 @@ take turns, so that a busy machine slows them alike, and their ratios stay.
 
 from __future__ import annotations
 
+import math
 import statistics
 import time
 import tracemalloc
@@ -18,6 +19,10 @@ from .pictures import Spread
 
 RUNS = 7
 """Timed runs of every rung, besides the first."""
+
+STRETCH_S = 0.005
+"""Seconds of short runs whose mean is taken at once. Other work on a machine slows memory and caches for all, in bursts; the least
+disturbed stretch is nearest to what a run takes by itself."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +72,7 @@ class Ladder:
     reference where that takes time, and yields what it does; ``noise()`` is the reference's own. ``falling``: names of rungs
     whose mean error falls from each to the next, if theory is right; ``notes``: why rungs do not fall where one expects it.
     ``clock``: processor time, which other work on the machine changes little, or where one waits for more than the processor,
-    time itself. A run shorter than ``least_s`` is made again until it is as long, and its mean taken. ``answer`` puts a
+    time itself. A run shorter than ``least_s`` is made again until it is as long, and the least disturbed STRETCH_S of it taken. ``answer`` puts a
     result into a sentence, where the usual one (the fastest rung that nobody sees) says too little. ``holds``: what a run holds, in
     numbers, for those who put its time into a unit; known when it is measured.
     """
@@ -142,11 +147,15 @@ class _Work:
     loops: int = 1
 
     def timed(self) -> None:
-        """One more run."""
-        start = self.clock()
-        for _ in range(self.loops):
-            self.run()
-        self.cost.append((self.clock() - start) / self.loops)
+        """One more run, or of short ones as many as fill ``least_s``: the mean of their least disturbed stretch."""
+        stretch = min(self.loops, max(1, round(STRETCH_S / max(self.cost[1], 1e-6))))
+        least = math.inf
+        for _ in range(max(1, self.loops // stretch)):
+            start = self.clock()
+            for _ in range(stretch):
+                self.run()
+            least = min(least, (self.clock() - start) / stretch)
+        self.cost.append(least)
 
 
 def measure(

@@ -7,15 +7,15 @@ import statistics
 from dataclasses import dataclass
 from itertools import combinations
 
-from .ladder import Result
+from .ladder import Measured, Result
 from .report import fastest
 
 TOLERANCE = 0.15
 """How far two ratios of times may lie apart."""
 
 
-ALIKE = 0.05
-"""Rungs whose times are no further apart than this have no order."""
+ALIKE = TOLERANCE
+"""Rungs whose times are no further apart than this have no order: ratios are not known any better."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,8 @@ class Agreement:
     out_of_order: tuple[str, ...]
     worst: float
     worst_rung: str
+    usual: float
+    """The ratio of ratios that half of the rungs stay below."""
 
     @property
     def holds(self) -> bool:
@@ -34,14 +36,14 @@ class Agreement:
 
     def __str__(self) -> str:
         ranks = "rungs rank alike" if not self.out_of_order else f"out of order: {', '.join(self.out_of_order)}"
-        return f"{self.ladder}, measured twice: {ranks}; ratios of times differ by {100 * (self.worst - 1):.0f} % at most ({self.worst_rung})"
+        return f"{self.ladder}, measured twice: {ranks}; ratios of times differ by {100 * (self.worst - 1):.0f} % at most ({self.worst_rung}), half of them by less than {100 * (self.usual - 1):.0f} %"
 
 
 def agreement(first: Result, second: Result) -> Agreement:
     """Compare two measurements of one ladder.
 
-    Ratios are to the geometric mean of all rungs, round by round, so that no single rung and no busy moment carries the others. Rungs are out of order where
-    both measurements tell them apart (ALIKE), and by opposite signs.
+    Ratios are to the geometric mean of all rungs, so that no single rung carries the others. Rungs are out of order where both
+    measurements tell them apart (ALIKE), and by opposite signs.
     """
     a, b = _relative(first), _relative(second)
     ratios = {name: max(a[name] / b[name], b[name] / a[name]) for name in a}
@@ -51,20 +53,19 @@ def agreement(first: Result, second: Result) -> Agreement:
         for x, y in combinations(a, 2)
         if (a[x] - a[y]) * (b[x] - b[y]) < 0 and min(max(t[x] / t[y], t[y] / t[x]) for t in (a, b)) > 1 + ALIKE
     ]
-    return Agreement(first.ladder.title, tuple(turned), ratios[worst], worst)
+    return Agreement(first.ladder.title, tuple(turned), ratios[worst], worst, statistics.median(ratios.values()))
 
 
 def _relative(result: Result) -> dict[str, float]:
-    """Times over the geometric mean of all rungs: the median of the rounds, in each of which all rungs were slowed alike."""
-    rungs = result.rungs
-    rounds = list(zip(*(rung.times.runs for rung in rungs), strict=False)) or [
-        tuple(rung.times.later for rung in rungs)
-    ]
-    means = [math.prod(times) ** (1 / len(times)) if min(times) > 0 else fastest(result) for times in rounds]
-    return {
-        rung.name: statistics.median(times[number] / mean for times, mean in zip(rounds, means))
-        for number, rung in enumerate(rungs)
-    }
+    """Times over the geometric mean of all rungs; a rung's is the mean of the faster half of its runs, which other work disturbed least."""
+    times = {rung.name: _undisturbed(rung) for rung in result.rungs}
+    mean = math.prod(times.values()) ** (1 / len(times)) if min(times.values()) > 0 else fastest(result)
+    return {name: one / mean for name, one in times.items()}
+
+
+def _undisturbed(rung: Measured) -> float:
+    runs = sorted(rung.times.runs) or [rung.times.later]
+    return statistics.mean(runs[: (len(runs) + 1) // 2])
 
 
 __all__ = ["TOLERANCE", "Agreement", "agreement"]
