@@ -61,6 +61,14 @@ def uv_layout_of(obj: bpy.types.Object) -> str:
     return uv_fingerprint(makeup_uv(obj).reshape(-1))
 
 
+def own_uv_layout_of(obj: bpy.types.Object) -> str:
+    """The fingerprint of the UV map that the skin itself lies on, whose tiles may be gathered for the makeup."""
+    layer = obj.data.uv_layers[udim.source_of(obj.data, uv_map_of(obj))]
+    uv = np.empty(len(layer.uv) * 2, np.float32)
+    layer.uv.foreach_get("vector", uv)
+    return uv_fingerprint(uv)
+
+
 def landmarks_of(obj: bpy.types.Object) -> dict[str, np.ndarray]:
     """The landmarks that are set on the object, in the space of `surface_of`."""
     scale = np.array(obj.matrix_world.to_scale())

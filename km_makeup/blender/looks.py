@@ -21,10 +21,11 @@ from ..makeup.correspondence import Correspondence, Head, finding, lay, near_pai
 from ..makeup.landmarks import NEEDED, propose
 from ..makeup.maps import check_same_size
 from ..makeup.surface import Surface
+from ..makeup.udim import on_every_tile
 from ..products import Library, Product
 from ..steps import result_of
 from . import images, udim
-from .heads import head_of, landmarks_of, surface_of, uv_layout_of
+from .heads import head_of, landmarks_of, own_uv_layout_of, surface_of, uv_layout_of
 from .library import carry, library
 from .makeup import remove, set_up
 from .update import one_update, paused
@@ -74,6 +75,8 @@ def choose(obj: bpy.types.Object, look: Look) -> Choice:
         return Choice(Method.AS_THEY_ARE, "the look does not say which head its maps were painted on")
     if look.head.uv_layout == uv_layout_of(obj):
         return Choice(Method.AS_THEY_ARE, "this head has the UV layout that the maps were painted on")
+    if look.head.uv_layout == own_uv_layout_of(obj):
+        return Choice(Method.AS_THEY_ARE, "the maps were painted on the UV map of this head's own textures")
     if look.head.surface:
         return Choice(Method.TRANSFER, f"the maps were painted on another UV layout, that of {look.head.name!r}")
     return Choice(Method.PRODUCTS, "the maps were painted on another UV layout, and the look lacks that head's shape")
@@ -194,11 +197,17 @@ def _lay(
 ) -> None:
     """Replace the object's layers by the look's."""
     shape = next(iter(maps.values())).shape if maps else (WHOLE, WHOLE)
+    gathered = look.head is not None and look.head.uv_layout == uv_layout_of(obj)
     with _all_or_nothing(obj), one_update(obj):
         carry(obj, [product for product in look.products if product.id in {layer.product for layer in look.layers}])
         if not obj.km_makeup.slots:
             set_up(obj)
         makeup = obj.km_makeup
+        layout = udim.layout_of(obj.data, makeup.uv_map)
+        if layout is not None and method is Method.AS_THEY_ARE and not gathered:
+            maps = {i: on_every_tile(values, layout) for i, values in maps.items()}
+            excluded = None if excluded is None else on_every_tile(excluded, layout)
+            method = Method.TRANSFER  # they are no longer what is in the files
         images.keep(layer.map for layer in makeup.layers)
         makeup.layers.clear()
         for i, (layer, product) in enumerate(zip(look.layers, products)):

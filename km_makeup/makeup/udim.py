@@ -124,6 +124,13 @@ def moved(values: NDArray, old: TileLayout | None, new: TileLayout | None) -> ND
     return new.rearranged(values, old)
 
 
+def on_every_tile(values: NDArray, layout: TileLayout) -> NDArray:
+    """A map (height, width) of a single tile, bytes or float, on a gathered square: every tile shows it, as it does without gathering."""
+    if values.dtype == np.uint8:
+        return np.rint(moved(values.astype(np.float32), None, layout)).astype(np.uint8)
+    return moved(values, None, layout)
+
+
 def loses(values: NDArray, old: TileLayout | None, new: TileLayout | None) -> bool:
     """Whether `moved` leaves something behind that is painted."""
     if old is None:

@@ -274,6 +274,18 @@ def test_a_look_of_a_tiled_head_goes_on_the_same_head_elsewhere_as_it_is(pair, t
     np.testing.assert_allclose(images.map_values(split.km_makeup.layers[0].map, "R") / 255, painted, atol=0.5 / 255)
 
 
+def test_a_look_painted_on_one_tile_goes_on_every_tile_as_the_textures_do(pair, test_products, tmp_path):
+    from km_makeup.blender import looks
+    from km_makeup.makeup.look_file import read_look
+
+    plain, split = pair
+    make_up(plain, test_products[0], ramp())
+    looks.save_look(plain, tmp_path / "look.json", with_head=False)
+    looks.apply_look(split, read_look(tmp_path / "look.json"))
+    wanted, found = (painted_at(obj, obj.km_makeup.layers[0].map) for obj in pair)
+    np.testing.assert_allclose(found / 255, wanted, atol=0.02)
+
+
 @pytest.mark.parametrize("state", ["files", "packed", "painted", "packed and painted"])
 def test_every_tile_is_read_wherever_its_pixels_are(clean_scene, tmp_path, state):
     import bpy
