@@ -262,7 +262,12 @@ class Tutorial:
         for _ in range(3):
             cancel = self.window.wait("Cancel", DIALOGS, PATIENCE)
             row = Box(max(0, cancel.left - 250), cancel.top - 10, 500, cancel.height + 20)
-            self.window.click(button, row, seconds=PATIENCE)
+            try:
+                self.window.click(button, row, seconds=PATIENCE)
+            except MissingError:
+                if self.window.look().find("Cancel", DIALOGS) is not None:
+                    raise
+                return  # it went away meanwhile: the click before was only slow
             self.window.move(*ASIDE)
             try:
                 self.gone("Cancel", DIALOGS, 40)
