@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import bpy
 
-from ... import udim
 from ..base import MakeupPanel, in_two_places, paragraph, settings
 from .operators import (
     KM_OT_keep_maps,
@@ -97,6 +96,8 @@ class KM_PT_skin(MakeupPanel):
     needs_setup = True
 
     def draw(self, context: bpy.types.Context) -> None:
+        from ... import udim  # not before it is drawn: registering is to be quick
+
         layout, obj = self.layout, context.object
         originals = {entry.index: entry.original for entry in obj.km_makeup.slots}
         column = layout.column(align=True)
