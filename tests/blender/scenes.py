@@ -95,7 +95,8 @@ def to_tile(obj, faces: np.ndarray, shift: tuple[int, int]) -> None:
     uv = uv.reshape(-1, 2)
     counts = np.array([one.loop_total for one in mesh.polygons])
     uv[np.repeat(faces, counts)] += shift
-    mesh.uv_layers[0].uv.foreach_set("vector", uv.reshape(-1))
+    # not by the layer's `uv`, which reaches copies of the mesh too
+    mesh.attributes[mesh.uv_layers[0].name].data.foreach_set("vector", uv.reshape(-1))
 
 
 def right_half(obj) -> np.ndarray:
