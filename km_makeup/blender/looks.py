@@ -21,7 +21,7 @@ from ..makeup.correspondence import Correspondence, Head, finding, lay, near_pai
 from ..makeup.landmarks import NEEDED, propose
 from ..makeup.maps import check_same_size
 from ..makeup.surface import Surface
-from ..makeup.udim import on_every_tile
+from ..makeup.udim import moved
 from ..products import Library, Product
 from ..steps import result_of
 from . import images, udim
@@ -197,16 +197,16 @@ def _lay(
 ) -> None:
     """Replace the object's layers by the look's."""
     shape = next(iter(maps.values())).shape if maps else (WHOLE, WHOLE)
-    gathered = look.head is not None and look.head.uv_layout == uv_layout_of(obj)
+    as_gathered = look.head is not None and look.head.uv_layout == uv_layout_of(obj)
     with _all_or_nothing(obj), one_update(obj):
         carry(obj, [product for product in look.products if product.id in {layer.product for layer in look.layers}])
         if not obj.km_makeup.slots:
             set_up(obj)
         makeup = obj.km_makeup
         layout = udim.layout_of(obj.data, makeup.uv_map)
-        if layout is not None and method is Method.AS_THEY_ARE and not gathered:
-            maps = {i: on_every_tile(values, layout) for i, values in maps.items()}
-            excluded = None if excluded is None else on_every_tile(excluded, layout)
+        if layout is not None and method is Method.AS_THEY_ARE and not as_gathered:
+            maps = {i: moved(values, None, layout) for i, values in maps.items()}
+            excluded = None if excluded is None else moved(excluded, None, layout)
             method = Method.TRANSFER  # they are no longer what is in the files
         images.keep(layer.map for layer in makeup.layers)
         makeup.layers.clear()

@@ -151,8 +151,9 @@ _samples: dict[tuple, NDArray] = {}
 
 
 def forget_samples() -> None:
-    """Read every skin texture again when it is asked for."""
+    """Read every skin texture, and where UV maps lie, again when it is asked for."""
     _samples.clear()
+    udim.forget_uvs()
 
 
 def _sample(image: bpy.types.Image, tiles: tuple[int, ...]) -> NDArray:

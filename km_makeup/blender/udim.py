@@ -84,11 +84,27 @@ def check_gathered(obj: bpy.types.Object, materials: Iterable[bpy.types.Material
     textures = tiled_textures(materials)
     if not textures or layout_of(mesh, uv_map) is not None:
         return
-    if uv_map in mesh.uv_layers and obj.mode != "EDIT" and set(np.unique(_numbers(mesh, uv_map))) != {FIRST}:
+    if uv_map in mesh.uv_layers and obj.mode != "EDIT" and not _lies_in_the_first_tile(mesh, uv_map):
         raise MakeupError(
             f"The texture {textures[0].name!r} is tiled (UDIM), and the UV map {uv_map!r} lies over several tiles; press Set Up "
             "Makeup again, which gathers them on a UV map for the makeup."
         )
+
+
+_first_alone: dict[tuple[object, ...], bool] = {}
+
+
+def forget_uvs() -> None:
+    """Look again where UV maps lie when it is asked for."""
+    _first_alone.clear()
+
+
+def _lies_in_the_first_tile(mesh: bpy.types.Mesh, uv_map: str) -> bool:
+    """Whether all faces do; kept, since it is asked at every change of a property, until `forget_uvs`."""
+    key = (mesh.session_uid, uv_map, len(mesh.loops))
+    if key not in _first_alone:
+        _first_alone[key] = bool(np.all(_numbers(mesh, uv_map) == FIRST))
+    return _first_alone[key]
 
 
 @dataclass(frozen=True)
@@ -111,6 +127,7 @@ def placing(
     Raises MakeupError where the skin lies in none of them, or another object's makeup lies otherwise on the same mesh.
     """
     mesh, wanted = obj.data, parsed(tiles)
+    forget_uvs()
     there = {one.number for image in tiled_textures(materials) for one in image.tiles}
     if obj.mode == "EDIT":
         if there or layout_of(mesh, UV_MAP) is not None:
@@ -134,9 +151,9 @@ def placing(
     layout = TileLayout(used)
     of_corners = np.repeat(np.where(skin, numbers, NO_TILE), _of_faces(mesh, "loop_total"))
     placed = layout.placed(uv.astype(np.float64), of_corners).astype(np.float32)
-    found_too = tuple(int(one) for one in np.unique(numbers[skin]) if one not in used)
+    others = tuple(int(one) for one in np.unique(numbers[skin]) if one not in used)
     _check_others(obj, placed)
-    return Placing(source, layout, placed, found_too)
+    return Placing(source, layout, placed, others)
 
 
 def _a_tile_a_slot(numbers: NDArray, faces: NDArray, slots: Sequence[int]) -> bool:

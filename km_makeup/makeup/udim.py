@@ -16,6 +16,9 @@ from numpy.typing import NDArray
 from ..errors import MakeupError
 from .maps import looked_up, resized
 
+LARGEST = 4096
+"""Width and height that a map of several tiles is given at most when it is made; one that grows tile by tile keeps its texels."""
+
 FIRST = 1001
 NO_TILE = 0
 MARGIN = 1 / 256
@@ -109,34 +112,38 @@ class TileLayout:
         return slice(edges[0][row], edges[0][row + 1]), slice(edges[1][column], edges[1][column + 1])
 
 
-def moved(values: NDArray, old: TileLayout | None, new: TileLayout | None) -> NDArray[np.float32]:
-    """A float map (height, width) from one layout to another, as many texels to a tile; None is a map that every tile repeats."""
+def moved(values: NDArray, old: TileLayout | None, new: TileLayout | None) -> NDArray:
+    """A map (height, width), bytes or float, from one layout to another; None is a map that every tile repeats.
+
+    As many texels to a tile as before, and those texels themselves from tiles to tiles; a repeated map is resampled, and grows to
+    LARGEST at most.
+    """
     if old is None and new is None:
         return values
-    if new is None:
+    if old is not None and new is not None:
+        return new.rearranged(values, old)
+    if new is not None:
+        shape = [min(length * new.columns, max(length, LARGEST)) for length in values.shape]
+        found = new.gathered(lambda _: values[..., None], (shape[0], shape[1]))[..., 0]
+    else:
         assert old is not None
-        cell = old.cell(values, FIRST if FIRST in old.tiles else old.tiles[0])
+        cell = old.cell(values, _kept_alone(old))
         up, right = (MARGIN + (1 - 2 * MARGIN) * _centres(slice(0, length)) for length in cell.shape)
-        return looked_up(cell, up, right)
-    if old is None:
-        shape = (values.shape[0] * new.columns, values.shape[1] * new.columns)
-        return new.gathered(lambda _: values[..., None], shape)[..., 0]
-    return new.rearranged(values, old)
-
-
-def on_every_tile(values: NDArray, layout: TileLayout) -> NDArray:
-    """A map (height, width) of a single tile, bytes or float, on a gathered square: every tile shows it, as it does without gathering."""
-    if values.dtype == np.uint8:
-        return np.rint(moved(values.astype(np.float32), None, layout)).astype(np.uint8)
-    return moved(values, None, layout)
+        found = looked_up(cell, up, right)
+    return np.rint(found).astype(np.uint8) if values.dtype == np.uint8 else found
 
 
 def loses(values: NDArray, old: TileLayout | None, new: TileLayout | None) -> bool:
     """Whether `moved` leaves something behind that is painted."""
     if old is None:
         return False
-    kept = new.tiles if new is not None else (FIRST if FIRST in old.tiles else old.tiles[0],)
+    kept = new.tiles if new is not None else (_kept_alone(old),)
     return any(old.cell(values, number).any() for number in old.tiles if number not in kept)
+
+
+def _kept_alone(layout: TileLayout) -> int:
+    """The tile whose paint a map shows that is no longer gathered."""
+    return FIRST if FIRST in layout.tiles else layout.tiles[0]
 
 
 def _origin(number: int) -> NDArray[np.float64]:

@@ -6,59 +6,21 @@ import numpy as np
 import pytest
 
 from km_makeup.errors import MakeupError
-from tests.blender import scenes
+from tests.blender import scenes, tiled
 
 pytestmark = pytest.mark.blender
 
 
-def uvs(obj, name: str) -> np.ndarray:
-    values = np.empty(len(obj.data.loops) * 2, np.float32)
-    obj.data.uv_layers[name].uv.foreach_get("vector", values)
-    return values.reshape(-1, 2)
-
-
 @pytest.fixture
 def pair(clean_scene, tmp_path):
-    """One head on a single texture, and the same head with its right half in tile 1002, which shows the same texture."""
-    texture = scenes.albedo(1)
-    plain, split = scenes.head("Plain"), scenes.head("Split")
-    split.data = plain.data.copy()  # Blender 5.2 does not number the faces of two balls alike
-    for obj, image in (
-        (plain, scenes.tiled("single", {1001: texture}, tmp_path)),
-        (split, scenes.tiled("skin", {1001: texture, 1002: texture}, tmp_path)),
-    ):
-        material = scenes.skin(f"Skin of {obj.name}", textured=True)
-        node = next(n for n in material.node_tree.nodes if n.bl_idname == "ShaderNodeTexImage")
-        node.image = image
-        obj.data.materials.append(material)
-    scenes.to_tile(split, scenes.right_half(split), (1, 0))
-    return plain, split
-
-
-def make_up(obj, product: str, values: np.ndarray) -> None:
-    """A layer of the product; ``values`` (height, width) as tile 1001 and every other shows them."""
-    import bpy
-
-    from km_makeup.blender import adding, images, makeup, udim
-
-    makeup.set_up(obj)
-    layer = adding.add_layer(bpy.context, obj, product)
-    layout = udim.layout_of(obj.data, obj.km_makeup.uv_map)
-    if layout is not None:
-        side = 64 * layout.columns
-        values = layout.gathered(lambda _: values[..., None], (side, side))[..., 0]
-    layer.map = images.image_from_map("Painted", values)
-
-
-def ramp() -> np.ndarray:
-    return np.tile(np.linspace(0, 1, 64, dtype=np.float32)[:, None], (1, 64))
+    return tiled.pair(tmp_path)
 
 
 def test_set_up_gathers_the_tiles_and_remove_leaves_the_mesh_as_it_was(pair):
     from km_makeup.blender import makeup, udim
 
     plain, split = pair
-    before, own = scenes.file_text(), uvs(split, "UVMap")
+    before, own = scenes.file_text(), tiled.uvs(split, "UVMap")
     makeup.set_up(plain)
     assert plain.km_makeup.uv_map == "UVMap" and len(plain.data.uv_layers) == 1  # one tile is a single image
     makeup.remove(plain)
@@ -66,8 +28,8 @@ def test_set_up_gathers_the_tiles_and_remove_leaves_the_mesh_as_it_was(pair):
     assert split.km_makeup.uv_map == udim.UV_MAP
     assert udim.layout_of(split.data, udim.UV_MAP).tiles == (1001, 1002)
     assert split.data.uv_layers["UVMap"].active_render and split.data.uv_layers.active.name == "UVMap"
-    np.testing.assert_array_equal(uvs(split, "UVMap"), own)
-    placed = uvs(split, udim.UV_MAP)
+    np.testing.assert_array_equal(tiled.uvs(split, "UVMap"), own)
+    placed = tiled.uvs(split, udim.UV_MAP)
     assert placed.min() > 0 and placed.max() < 1
     right = np.repeat(scenes.right_half(split), [one.loop_total for one in split.data.polygons])
     assert placed[~right, 0].max() < 0.5 < placed[right, 0].min()
@@ -83,7 +45,7 @@ def test_a_tiled_head_looks_like_the_same_head_on_one_texture(pair, test_product
     pictures = []
     scenes.studio()
     for obj in pair:
-        make_up(obj, test_products[0], ramp())
+        tiled.make_up(obj, test_products[0], tiled.ramp())
         for one in pair:
             one.hide_render = one != obj
         pictures.append(scenes.picture("cycles", tmp_path, samples=16))
@@ -111,10 +73,10 @@ def test_an_export_gathers_the_skin_and_shows_it_where_the_faces_lie(pair, test_
 
     read = []
     for obj in pair:
-        make_up(obj, test_products[0], ramp())
+        tiled.make_up(obj, test_products[0], tiled.ramp())
         folder = tmp_path / obj.name
         export = exporting.Export(folder, exr=True, resolution=512, place="OBJECT")
-        uv = uvs(obj, obj.km_makeup.uv_map)
+        uv = tiled.uvs(obj, obj.km_makeup.uv_map)
         name = obj.km_makeup.uv_map
         report = exporting.export_all(obj, bpy.context.scene, export)
         assert not report.left_out
@@ -142,7 +104,7 @@ def test_a_tiled_normal_map_becomes_a_texture_of_the_export(pair, test_products,
     texture.image = scenes.tiled("normal", {1001: flat, 1002: tilted}, tmp_path)
     tree.links.new(texture.outputs["Color"], mapped.inputs["Color"])
     tree.links.new(mapped.outputs["Normal"], scenes.principled_of(split.data.materials[0]).inputs["Normal"])
-    make_up(split, test_products[0], ramp())
+    tiled.make_up(split, test_products[0], tiled.ramp())
     exporting.export_all(
         split, bpy.context.scene, exporting.Export(tmp_path / "out", gltf=True, resolution=64, place="OBJECT")
     )
@@ -170,7 +132,7 @@ def test_a_bake_lies_on_the_gathered_map_and_shows_the_skin_of_each_tile(pair, t
 
     read = []
     for obj in pair:
-        make_up(obj, test_products[0], np.full((64, 64), 0.5, np.float32))
+        tiled.make_up(obj, test_products[0], np.full((64, 64), 0.5, np.float32))
         with paused():
             obj.km_makeup.folder, obj.km_makeup.finished = str(tmp_path / obj.name), True
         report = baking.bake_all(obj, bpy.context.scene)
@@ -181,32 +143,6 @@ def test_a_bake_lies_on_the_gathered_map_and_shows_the_skin_of_each_tile(pair, t
         [read[1][half:, :half].mean(axis=(0, 1)), read[1][half:, half:].mean(axis=(0, 1))],
     )
     np.testing.assert_allclose(cells, [whole, whole], rtol=0.02)  # the lower half, top row first
-
-
-def test_paint_follows_its_tile_when_tiles_are_left_out_and_taken_back(pair, test_products):
-    import bpy
-
-    from km_makeup.blender import images, udim
-
-    split = pair[1]
-    make_up(split, test_products[0], ramp())
-    layer = split.km_makeup.layers[0]
-    whole, first = images.map_values(layer.map, "R").copy(), layer.map
-    split.km_makeup.tiles = "1002"
-    assert udim.layout_of(split.data, udim.UV_MAP).tiles == (1002,)
-    alone = images.map_values(layer.map, "R")
-    np.testing.assert_array_equal(alone, whole[:64, 64:])
-    assert first.use_fake_user and first.name in bpy.data.images  # what tile 1001 held is there
-    placed = uvs(split, udim.UV_MAP)
-    right = np.repeat(scenes.right_half(split), [one.loop_total for one in split.data.polygons])
-    assert np.all(placed[~right] == 0) and placed[right].min() > 0
-    split.km_makeup.tiles = ""
-    back = images.map_values(layer.map, "R")
-    np.testing.assert_array_equal(back[:64, 64:], whole[:64, 64:])
-    assert not back[:64, :64].any()
-    split.km_makeup.tiles = "1007"
-    assert "no skin in the tiles 1007" in split.km_makeup["problem"] and "1001, 1002" in split.km_makeup["problem"]
-    np.testing.assert_array_equal(images.map_values(layer.map, "R"), back)
 
 
 @pytest.mark.parametrize("path", ["live", "baked", "finished"])
@@ -220,7 +156,7 @@ def test_faces_of_tiles_left_out_are_bare_whatever_the_brush_left_at_their_corne
     plain, split = pair
     plain.hide_render = True
     bare = scenes.picture("cycles", tmp_path)
-    make_up(split, test_products[0], ramp())
+    tiled.make_up(split, test_products[0], tiled.ramp())
     split.km_makeup.tiles = "1002"
     layer = split.km_makeup.layers[0]
     layer.map = images.image_from_map("Everywhere", np.ones(tuple(layer.map.size), np.float32))
@@ -232,16 +168,31 @@ def test_faces_of_tiles_left_out_are_bare_whatever_the_brush_left_at_their_corne
     assert changed[:16].max() < 0.02 < 0.05 < changed[24:32].max()  # tile 1002 is the right half
 
 
+def test_a_map_of_one_texel_is_baked_where_tiles_are_left_out(pair, test_products, tmp_path):
+    import bpy
+
+    from km_makeup.blender import baking, images
+    from km_makeup.blender.update import paused
+
+    split = pair[1]
+    tiled.make_up(split, test_products[0], tiled.ramp())
+    split.km_makeup.tiles = "1002"
+    split.km_makeup.layers[0].map = images.image_from_map("One", np.full((1, 1), 255, np.uint8))
+    with paused():
+        split.km_makeup.folder = str(tmp_path)
+    assert baking.bake_all(split, bpy.context.scene).files
+
+
 def test_plain_materials_are_refused_where_tiles_are_left_out(pair, test_products, tmp_path):
     import bpy
 
     from km_makeup.blender import exporting
 
     split = pair[1]
-    make_up(split, test_products[0], ramp())
+    tiled.make_up(split, test_products[0], tiled.ramp())
     split.km_makeup.tiles = "1002"
     for export in (exporting.Export(tmp_path / "out", gltf=True), exporting.Export(tmp_path / "out", place="COPY")):
-        refused(lambda one=export: exporting.export_all(split, bpy.context.scene, one), "clear Skin > Tiles")
+        tiled.refused(lambda one=export: exporting.export_all(split, bpy.context.scene, one), "clear Skin > Tiles")
     assert not (tmp_path / "out").exists()
     assert exporting.export_all(split, bpy.context.scene, exporting.Export(tmp_path / "out", resolution=64)).files
 
@@ -255,36 +206,7 @@ def test_faces_of_other_slots_have_no_place_under_the_brush(pair):
     split.data.polygons.foreach_set("material_index", eye.astype(np.int32))
     makeup.set_up(split)
     corners = np.repeat(eye, [one.loop_total for one in split.data.polygons])
-    assert np.all(uvs(split, udim.UV_MAP)[corners] == 0) and uvs(split, udim.UV_MAP)[~corners].min() > 0
-
-
-def test_a_look_of_a_tiled_head_goes_on_the_same_head_elsewhere_as_it_is(pair, test_products, tmp_path):
-    from km_makeup.blender import heads, images, looks, makeup
-    from km_makeup.makeup.look_file import read_look
-
-    split = pair[1]
-    fingerprint = heads.uv_layout_of(split)
-    make_up(split, test_products[0], ramp())
-    assert heads.uv_layout_of(split) == fingerprint  # before Set Up it says what it will be
-    path = tmp_path / "look.json"
-    looks.save_look(split, path)
-    painted = images.map_values(split.km_makeup.layers[0].map, "R").copy()
-    makeup.remove(split)
-    choice = looks.apply_look(split, read_look(path))
-    assert choice.method is looks.Method.AS_THEY_ARE and "UV layout" in choice.reason
-    np.testing.assert_allclose(images.map_values(split.km_makeup.layers[0].map, "R") / 255, painted, atol=0.5 / 255)
-
-
-def test_a_look_painted_on_one_tile_goes_on_every_tile_as_the_textures_do(pair, test_products, tmp_path):
-    from km_makeup.blender import looks
-    from km_makeup.makeup.look_file import read_look
-
-    plain, split = pair
-    make_up(plain, test_products[0], ramp())
-    looks.save_look(plain, tmp_path / "look.json", with_head=False)
-    looks.apply_look(split, read_look(tmp_path / "look.json"))
-    wanted, found = (painted_at(obj, obj.km_makeup.layers[0].map) for obj in pair)
-    np.testing.assert_allclose(found / 255, wanted, atol=0.02)
+    assert np.all(tiled.uvs(split, udim.UV_MAP)[corners] == 0) and tiled.uvs(split, udim.UV_MAP)[~corners].min() > 0
 
 
 @pytest.mark.parametrize("state", ["files", "packed", "painted", "packed and painted"])
@@ -312,21 +234,13 @@ def test_every_tile_is_read_wherever_its_pixels_are(clean_scene, tmp_path, state
         udim.tile_pixels(image, 1005)
 
 
-def refused(act, message: str) -> None:
-    before = scenes.file_text()
-    with pytest.raises(MakeupError, match=message) as caught:
-        act()
-    assert "\n" not in str(caught.value)
-    assert scenes.file_text() == before
-
-
 def test_a_mesh_that_takes_no_further_uv_map_is_refused_as_it_is(pair):
     from km_makeup.blender import makeup
 
     split = pair[1]
     for number in range(7):
         split.data.uv_layers.new(name=f"More {number}")
-    refused(lambda: makeup.set_up(split), "as many UV maps as Blender takes")
+    tiled.refused(lambda: makeup.set_up(split), "as many UV maps as Blender takes")
     assert not split.km_makeup.slots
 
 
@@ -336,7 +250,7 @@ def test_a_uv_map_of_the_same_name_is_left_alone(pair):
     split = pair[1]
     split.data.uv_layers.new(name=udim.UV_MAP)
     split.data.uv_layers.active_index = 0
-    refused(lambda: makeup.set_up(split), "of its own; rename it")
+    tiled.refused(lambda: makeup.set_up(split), "of its own; rename it")
 
 
 @pytest.mark.parametrize("behind", ["colour", "group"])
@@ -360,8 +274,8 @@ def test_a_skin_that_became_tiled_is_refused_until_it_is_set_up_again(clean_scen
         group = bpy.data.node_groups.new("Details", "ShaderNodeTree")
         group.nodes.new("ShaderNodeTexImage").image = image
         tree.nodes.new("ShaderNodeGroup").node_tree = group
-    refused(lambda: adding.add_layer(bpy.context, head, "test-red"), "tiled .UDIM.*press Set Up Makeup again")
-    refused(lambda: baking.bake_all(head, bpy.context.scene), "tiled .UDIM.*press Set Up Makeup again")
+    tiled.refused(lambda: adding.add_layer(bpy.context, head, "test-red"), "tiled .UDIM.*press Set Up Makeup again")
+    tiled.refused(lambda: baking.bake_all(head, bpy.context.scene), "tiled .UDIM.*press Set Up Makeup again")
     assert not (tmp_path / "baked").exists()
     makeup.set_up(head)
     assert head.km_makeup.uv_map == udim.UV_MAP
@@ -380,126 +294,10 @@ def test_a_tiled_map_is_refused_in_the_bake(clean_scene, painted_look, tmp_path)
     with paused():
         head.km_makeup.folder = str(tmp_path / "baked")
         head.km_makeup.layers[1].map = scenes.tiled("Painted Tiles", {1001: scenes.albedo(1)}, tmp_path)
-    refused(
+    tiled.refused(
         lambda: baking.bake_all(head, bpy.context.scene), "The image 'Painted Tiles.*tiled .UDIM., and a map of makeup"
     )
     assert not (tmp_path / "baked").exists()
-
-
-def painted_at(obj, layer_map) -> np.ndarray:
-    """What a map holds at every face of the skin, read at the middle of its UVs."""
-    from km_makeup.blender import images
-    from km_makeup.makeup.maps import looked_up
-
-    values, uv = images.map_values(layer_map, "R").astype(np.float32), uvs(obj, obj.km_makeup.uv_map)
-    middles = np.array([uv[f.loop_start : f.loop_start + f.loop_total].mean(axis=0) % 1 for f in obj.data.polygons])
-    return np.array([looked_up(values, np.array([v]), np.array([u]))[0, 0] for u, v in middles])
-
-
-def test_a_copy_of_the_mesh_keeps_its_own_uvs(pair, test_products):
-    split = pair[1]
-    make_up(split, test_products[0], ramp())
-    twin = split.copy()
-    twin.data = split.data.copy()
-    pair[0].users_collection[0].objects.link(twin)
-    before = uvs(split, "KM Makeup").copy()
-    twin.km_makeup.tiles = "1002"
-    assert not np.array_equal(uvs(twin, "KM Makeup"), before)
-    np.testing.assert_array_equal(uvs(split, "KM Makeup"), before)
-
-
-def test_undo_brings_back_uvs_with_the_map(pair, test_products):
-    import bpy
-
-    split = pair[1]
-    make_up(split, test_products[0], ramp())
-    bpy.ops.ed.undo_push(message="Painted")
-    before, painted = uvs(split, "KM Makeup").copy(), painted_at(split, split.km_makeup.layers[0].map)
-    split.km_makeup.tiles = "1002"
-    bpy.ops.ed.undo_push(message="Tiles")
-    bpy.ops.ed.undo()
-    split = bpy.data.objects["Split"]
-    np.testing.assert_array_equal(uvs(split, "KM Makeup"), before)
-    np.testing.assert_array_equal(painted_at(split, split.km_makeup.layers[0].map), painted)
-
-
-def test_textures_baked_for_other_tiles_are_not_shown(pair, test_products, tmp_path):
-    import bpy
-
-    from km_makeup.blender import baking
-    from km_makeup.blender.update import paused
-
-    split = pair[1]
-    make_up(split, test_products[0], ramp())
-    with paused():
-        split.km_makeup.folder = str(tmp_path)
-    baking.bake_all(split, bpy.context.scene)
-    assert split.km_makeup.path == "BAKED"
-    split.km_makeup.tiles = "1002"
-    assert split.km_makeup.path == "LIVE"
-
-
-def test_makeup_on_one_mesh_of_two_objects_lies_on_the_same_tiles(pair, test_products, tmp_path):
-    import bpy
-
-    from km_makeup.blender import exporting
-
-    split = pair[1]
-    make_up(split, test_products[0], ramp())
-    other = split.copy()
-    split.users_collection[0].objects.link(other)
-    before = uvs(split, "KM Makeup").copy()
-    other.km_makeup.tiles = "1002"
-    assert "shares its mesh with 'Split'" in other.km_makeup["problem"] and other.km_makeup.tiles == ""
-    np.testing.assert_array_equal(uvs(split, "KM Makeup"), before)
-    export = exporting.Export(tmp_path / "out", resolution=64, place="OBJECT")
-    with pytest.raises(MakeupError, match="shares its mesh with"):
-        exporting.export_all(split, bpy.context.scene, export)
-    assert not (tmp_path / "out").exists()
-
-
-def test_paint_follows_when_a_skin_becomes_tiled_and_single_again(pair, test_products, tmp_path):
-    from km_makeup.blender import makeup
-
-    split = pair[1]
-    to_plain = scenes.skin("Plain skin")
-    tiled_skin = split.data.materials[0]
-    split.data.materials[0] = to_plain
-    make_up(split, test_products[0], ramp())
-    assert split.km_makeup.uv_map == "UVMap"
-    painted = painted_at(split, split.km_makeup.layers[0].map)
-    makeup.refresh(split)
-    split.material_slots[0].material = tiled_skin
-    makeup.set_up(split)
-    assert split.km_makeup.uv_map == "KM Makeup"
-    np.testing.assert_allclose(painted_at(split, split.km_makeup.layers[0].map), painted, atol=0.01)
-    split.material_slots[0].material = to_plain
-    makeup.set_up(split)
-    assert split.km_makeup.uv_map == "UVMap" and len(split.data.uv_layers) == 1
-    np.testing.assert_allclose(painted_at(split, split.km_makeup.layers[0].map), painted, atol=0.02)
-
-
-@pytest.mark.parametrize("wrong", ["tiled", "empty"])
-def test_a_map_that_cannot_follow_leaves_all_as_it_was(pair, test_products, tmp_path, wrong):
-    import bpy
-
-    from km_makeup.blender import adding
-    from km_makeup.blender.update import paused
-
-    split = pair[1]
-    make_up(split, test_products[0], ramp())
-    layer = adding.add_layer(bpy.context, split, test_products[1])
-    with paused():
-        if wrong == "tiled":
-            layer.map = scenes.tiled("Mine", {1001: scenes.albedo(3)}, tmp_path)
-        else:
-            layer.map = bpy.data.images.load(str(tmp_path / "skin.1001.exr"))
-            layer.map.filepath = str(tmp_path / "gone.exr")
-    before, first = uvs(split, "KM Makeup").copy(), split.km_makeup.layers[0].map
-    split.km_makeup.tiles = "1002"
-    assert split.km_makeup["problem"] and split.km_makeup.tiles == ""
-    np.testing.assert_array_equal(uvs(split, "KM Makeup"), before)
-    assert split.km_makeup.layers[0].map == first
 
 
 def test_slots_of_a_tile_each_with_single_textures_are_gathered_too(clean_scene):
@@ -534,35 +332,12 @@ def test_the_uv_map_that_the_colour_is_drawn_on_is_taken(clean_scene):
     assert head.km_makeup.uv_map == "Baked"
 
 
-def test_tiles_that_the_textures_lack_are_left_out_and_edit_mode_is_refused(pair, test_products):
-    import bpy
-
-    from km_makeup.blender import makeup, udim
-
-    split = pair[1]
-    stray = np.zeros(len(split.data.polygons), bool)
-    stray[3] = True
-    scenes.to_tile(split, stray, (4, 0))
-    makeup.set_up(split)
-    assert udim.layout_of(split.data, udim.UV_MAP).tiles == (1001, 1002)
-    assert udim.left_out(split.data, udim.UV_MAP)
-    make_up(split, test_products[0], ramp())
-    bpy.context.view_layer.objects.active = split
-    bpy.ops.object.mode_set(mode="EDIT")
-    try:
-        split.km_makeup.tiles = "1001"
-        assert "Edit Mode" in split.km_makeup["problem"] and split.km_makeup.tiles == ""
-        split.km_makeup.layers[0].strength = 0.5  # no traceback
-    finally:
-        bpy.ops.object.mode_set(mode="OBJECT")
-
-
 def test_an_attribute_of_the_name_is_left_alone(pair):
     from km_makeup.blender import makeup, udim
 
     split = pair[1]
     split.data.color_attributes.new(udim.UV_MAP, "BYTE_COLOR", "CORNER")
-    refused(lambda: makeup.set_up(split), "of its own; rename it")
+    tiled.refused(lambda: makeup.set_up(split), "of its own; rename it")
     assert [one.name for one in split.data.uv_layers] == ["UVMap"]
 
 
@@ -575,5 +350,5 @@ def test_a_look_that_fails_leaves_no_uv_map(pair, painted_look, monkeypatch):
         raise MakeupError("No.")
 
     monkeypatch.setattr(looks, "_fill", fail)
-    refused(lambda: looks.apply_look(split, painted_look), "No.")
+    tiled.refused(lambda: looks.apply_look(split, painted_look), "No.")
     assert [one.name for one in split.data.uv_layers] == ["UVMap"] and not split.data.keys()

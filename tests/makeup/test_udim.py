@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from km_makeup.errors import MakeupError
 from km_makeup.makeup.maps import looked_up
-from km_makeup.makeup.udim import MARGIN, NO_TILE, TileLayout, parsed, tile_numbers
+from km_makeup.makeup.udim import LARGEST, MARGIN, NO_TILE, TileLayout, loses, moved, parsed, tile_numbers
 
 TILE_SETS = st.sets(st.integers(1001, 1040), min_size=1, max_size=10).map(lambda one: tuple(sorted(one)))
 
@@ -90,3 +90,26 @@ def test_tiles_are_read_as_written_and_others_are_refused():
     for wrong in ("1000", "2001", "face", "1001-1003", "-1001"):
         with pytest.raises(MakeupError, match="is no UDIM tile"):
             parsed(f"1001 {wrong}")
+
+
+@given(tiles=TILE_SETS, dtype=st.sampled_from([np.uint8, np.float32]))
+def test_a_map_that_every_tile_repeats_is_found_on_each_and_comes_back(tiles, dtype):
+    """A ramp, which bilinear filtering tells exactly half a texel inside its edges; bytes to half a step and the grid's."""
+    ramp = np.tile(np.linspace(0, 1, 64)[:, None] * (255 if dtype == np.uint8 else 1), (1, 64)).astype(dtype)
+    layout = TileLayout(tiles)
+    there = moved(ramp, None, layout)
+    assert there.dtype == ramp.dtype and there.shape == (64 * layout.columns,) * 2
+    back = moved(there, layout, None)
+    assert back.dtype == ramp.dtype and back.shape == ramp.shape
+    np.testing.assert_allclose(back.astype(float), ramp, atol=2 if dtype == np.uint8 else 0.01)
+    assert not loses(there, None, layout) and loses(there, layout, None) == (len(tiles) > 1)
+
+
+def test_a_map_repeated_on_many_tiles_is_not_made_larger_than_memory_bears():
+    layout = TileLayout(tuple(range(1001, 1026)))
+    assert moved(np.zeros((2048, 8), np.uint8), None, layout).shape == (LARGEST, 40)
+    assert moved(np.zeros((LARGEST * 2, 8), np.uint8), None, layout).shape == (LARGEST * 2, 40)
+
+
+def test_a_map_of_one_texel_follows_too():
+    assert moved(np.full((1, 1), 7, np.uint8), TileLayout((1001, 1002)), TileLayout((1001,))).tolist() == [[7]]

@@ -19,6 +19,7 @@ sys.path.append(str(CHECKOUT))
 import numpy as np  # noqa: E402
 
 from tests.blender import scenes  # noqa: E402
+from tests.real_window.front import front_view  # noqa: E402
 
 MOVES = 120
 EVENTS = ("depsgraph_update_pre", "depsgraph_update_post", "frame_change_pre", "frame_change_post")
@@ -82,15 +83,8 @@ def note_building() -> None:
 def stroke() -> Generator[float, None, None]:
     obj = scenes.head()
     obj.data.materials.append(scenes.skin(textured=True))
-    bpy.context.view_layer.objects.active = obj
-    window = bpy.context.window_manager.windows[0]
-    area = next(a for a in window.screen.areas if a.type == "VIEW_3D")
-    region = next(r for r in area.regions if r.type == "WINDOW")
-    area.spaces.active.show_region_ui = True
-    view = area.spaces.active.region_3d
-    view.view_perspective, view.view_distance = "ORTHO", 0.35
+    window, area, region = front_view(obj)
     with bpy.context.temp_override(window=window, area=area, region=region):
-        bpy.ops.view3d.view_axis(type="FRONT")
         bpy.ops.km_makeup.set_up("EXEC_DEFAULT", True, shading=False)
     note_building()
     highlight = planned_highlight(obj)

@@ -15,7 +15,15 @@ import time
 from pathlib import Path
 
 from tests.real_window import installed
+from tests.real_window.tutorial import PATIENCE, SIDEBAR, TABS
 from tests.real_window.window import Window
+
+
+def _show_the_skin(window: Window) -> None:
+    """The tab with its panel of the skin unfolded, where the tiles are chosen."""
+    window.click("Makeup", TABS, turned=True, seconds=PATIENCE)
+    window.click("Skin", SIDEBAR, seconds=PATIENCE)
+    window.wait("Set Up Again", SIDEBAR, PATIENCE)
 
 
 def main() -> int:
@@ -29,12 +37,14 @@ def main() -> int:
             script = str(Path(__file__).with_name("inside.py"))
             window = Window(blender, user, ["--enable-event-simulate", "--python", script, "--", folder, str(out)])
             try:
-                end = time.monotonic() + 120
+                end = time.monotonic() + 300
                 ready = out.with_suffix(".ready")
                 while window.alive and time.monotonic() < end:
                     time.sleep(0.5)
-                    if options.picture and ready.exists():
-                        window.look().picture.save(options.picture)
+                    if ready.exists():
+                        if options.picture:
+                            _show_the_skin(window)
+                            window.look().picture.save(options.picture)
                         ready.unlink()
             finally:
                 window.close()

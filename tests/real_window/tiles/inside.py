@@ -17,6 +17,7 @@ sys.path.append(str(CHECKOUT))
 import numpy as np  # noqa: E402
 
 from tests.blender import scenes  # noqa: E402
+from tests.real_window.front import front_view  # noqa: E402
 
 FOLDER, OUT = (Path(one) for one in sys.argv[-2:])
 STEPS = 60
@@ -36,7 +37,6 @@ def head() -> bpy.types.Object:
     eye = np.array([abs(one.center.x) < EYE for one in obj.data.polygons])
     obj.data.polygons.foreach_set("material_index", eye.astype(np.int32))
     scenes.to_tile(obj, scenes.right_half(obj), (1, 0))
-    bpy.context.view_layer.objects.active = obj
     return obj
 
 
@@ -61,14 +61,8 @@ def places(obj: bpy.types.Object, shape: tuple[int, ...]) -> tuple[np.ndarray, n
 
 def run() -> Generator[float, None, None]:
     obj = head()
-    window = bpy.context.window_manager.windows[0]
-    area = next(a for a in window.screen.areas if a.type == "VIEW_3D")
-    region = next(r for r in area.regions if r.type == "WINDOW")
-    area.spaces.active.show_region_ui = True
-    view = area.spaces.active.region_3d
-    view.view_perspective, view.view_distance = "ORTHO", 0.35
+    window, area, region = front_view(obj)
     with bpy.context.temp_override(window=window, area=area, region=region):
-        bpy.ops.view3d.view_axis(type="FRONT")
         bpy.ops.km_makeup.set_up("INVOKE_DEFAULT", True)
         bpy.ops.ed.undo_push(message="Set Up")
     yield 2.0
@@ -107,7 +101,8 @@ def run() -> Generator[float, None, None]:
     obj = bpy.data.objects["Head"]
     found["redone"] = int(np.abs(values_of(obj) - painted).max())
     OUT.with_suffix(".ready").touch()
-    yield 4.0  # its picture is taken
+    while OUT.with_suffix(".ready").exists():  # its picture is taken
+        yield 0.5
     obj.km_makeup.tiles = "1002"
     bpy.ops.ed.undo_push(message="Tiles")
     yield 1.0
