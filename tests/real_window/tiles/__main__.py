@@ -15,14 +15,14 @@ import time
 from pathlib import Path
 
 from tests.real_window import installed
-from tests.real_window.tutorial import PATIENCE, SIDEBAR, TABS
+from tests.real_window.tutorial import PATIENCE, SIDEBAR
 from tests.real_window.window import Window
 
 
-def _show_the_skin(window: Window) -> None:
-    """The tab with its panel of the skin unfolded, where the tiles are chosen."""
-    window.click("Makeup", TABS, turned=True, seconds=PATIENCE)
-    window.click("Skin", SIDEBAR, seconds=PATIENCE)
+def _show_the_skin(window: Window, click: Path) -> None:
+    """The panel of the skin unfolded, where the tiles are chosen: ``click`` tells the script in the window where to click."""
+    x, y = window.wait("Skin", SIDEBAR, PATIENCE).centre
+    click.write_text(f"{x} {y}")
     window.wait("Set Up Again", SIDEBAR, PATIENCE)
 
 
@@ -43,7 +43,7 @@ def main() -> int:
                     time.sleep(0.5)
                     if ready.exists():
                         if options.picture:
-                            _show_the_skin(window)
+                            _show_the_skin(window, out.with_suffix(".click"))
                             window.look().picture.save(options.picture)
                         ready.unlink()
             finally:

@@ -100,8 +100,19 @@ def run() -> Generator[float, None, None]:
     yield 1.0
     obj = bpy.data.objects["Head"]
     found["redone"] = int(np.abs(values_of(obj) - painted).max())
+    sidebar = next(one for one in area.regions if one.type == "UI")
+    sidebar.active_panel_category = "Makeup"
+    sidebar.tag_redraw()
+    yield 1.0
     OUT.with_suffix(".ready").touch()
-    while OUT.with_suffix(".ready").exists():  # its picture is taken
+    while OUT.with_suffix(".ready").exists():  # its picture is taken; a window of simulated events takes no others
+        if OUT.with_suffix(".click").exists():
+            x, y = (int(one) for one in OUT.with_suffix(".click").read_text().split())
+            window.event_simulate(type="MOUSEMOVE", value="NOTHING", x=x, y=window.height - y)
+            yield 0.3
+            window.event_simulate(type="LEFTMOUSE", value="PRESS", x=x, y=window.height - y)
+            window.event_simulate(type="LEFTMOUSE", value="RELEASE", x=x, y=window.height - y)
+            OUT.with_suffix(".click").unlink()
         yield 0.5
     obj.km_makeup.tiles = "1002"
     bpy.ops.ed.undo_push(message="Tiles")

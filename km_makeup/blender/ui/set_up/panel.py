@@ -116,9 +116,9 @@ class KM_PT_skin(MakeupPanel):
         tiles = udim.layout_of(obj.data, obj.km_makeup.uv_map)
         if tiles:
             column.prop(obj.km_makeup, "tiles", placeholder=" ".join(map(str, tiles.tiles)))
+        layout.operator(KM_OT_set_up.bl_idname, text="Set Up Again", icon="FILE_PARENT").paint = False
         row = layout.row(align=True)
         row.operator(KM_OT_refresh.bl_idname, icon="FILE_REFRESH")
-        row.operator(KM_OT_set_up.bl_idname, text="Set Up Again", icon="FILE_PARENT").paint = False
         row.operator(KM_OT_remove.bl_idname, text="Remove", icon="TRASH")
 
 
