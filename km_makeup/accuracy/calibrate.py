@@ -1,29 +1,36 @@
 """What effects cost on this machine, from the ladder of costs: what the plan weighs.
 
-A cost is the median over the runs of differences of rungs that differ by one effect, by megapixel, and where it is shading by
-sample as well. Runs take turns, so that what slows the machine for a while falls out of a difference.
+A cost is the difference of rungs that differ by one effect, by megapixel, and where it is shading by sample as well. Runs take
+turns, and of each rung the faster half counts, so that what slows the machine for a while falls out of a difference. What a frame takes by
+itself comes in the same way from frames of two sizes, so that Blender's own work around each falls out.
 """
 
 from __future__ import annotations
 
+import math
 import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ..effects import Calibration
-from .ladder import Measured, Result
+from .ladder import Measured, Result, of_the_fastest
 
 LADDER = "costs"
+SPEED = "speed"
+"""The ladder of the bare head's frames alone."""
 ENGINES = {"BLENDER_EEVEE": "EEVEE", "CYCLES": "Cycles"}
 """What a rung's name begins with, by engine."""
 
 ALL, NO_FILMS, BAKED = "everything", "no makeup", "baked, no film highlights"
+NODES = "nodes of {}"
+"""What a ladder holds of an effect's nodes, by its kind."""
 NO_FINISH, ONE_LOBE_LESS, NO_SECOND_LOBE, LAMPS = (
     "no film highlights",
     "one highlight less",
     "no second lobe",
     "lamp by lamp",
 )
+SMALLER = "no makeup, half as wide and high"
 NO_NORMALS, NO_DITHER = "relief as it is", "no dither"
 NO_SCATTERING, BARE_NO_SCATTERING = "no scattering", "no makeup, no scattering"
 NO_GAUSSIAN, ONE_GAUSSIAN, ALL_GAUSSIANS, ACROSS = (
@@ -43,7 +50,7 @@ SMALL = 0.01
 
 @dataclass(frozen=True)
 class Difference:
-    """Seconds between two sums of frames: median over the runs, its standard error, and the seconds of one frame of them."""
+    """Seconds between two sums of frames, its standard error, and the seconds of one frame of them."""
 
     seconds: float
     error: float
@@ -60,25 +67,46 @@ def calibration(results: Sequence[Result], machine: str, date: str) -> Calibrati
 
     Kinds that are lost in noise are left out: they stay what they were.
     """
-    result = next((r for r in results if r.ladder.name == LADDER and r.whole), None)
+    whole = [next((r for r in results if r.ladder.name == name and r.whole), None) for name in (LADDER, SPEED)]
+    result = whole[0] or whole[1]
     if result is None:
         return None
     holds = result.ladder.holds
     frame = 1e3 / holds["megapixels"]
-    shading = {
-        engine: _kept(_shading(result, said, holds), frame / holds["samples"])
-        for engine, said in (("EEVEE", "EEVEE"), ("CYCLES", "Cycles"))
-    }
-    return Calibration(shading, _kept(_compositing(result), frame), machine, date[:10])
+    engines = (("EEVEE", "EEVEE"), ("CYCLES", "Cycles"))
+    frames: dict[str, float] = {}
+    for engine, said in engines:
+        larger = {"frame": (difference(result, [f"{said}, {NO_FILMS}"], [f"{said}, {SMALLER}"]), 3 / 4)}
+        frames |= {engine: ms for ms in _kept(larger, frame / holds["samples"]).values() if ms > 0}
+    if result is not whole[0]:
+        return Calibration({}, {}, machine, date[:10], frames)
+    sought = {engine: _shading(result, said, holds) for engine, said in engines}
+    units = {engine: frame / holds["samples"] for engine in sought} | {"compositor": frame}
+    sought["compositor"] = _compositing(result)
+    known = {e: _kept(one, units[e]) for e, one in sought.items()}
+    lost = {e: _lost(one, units[e], known[e], holds) for e, one in sought.items()}
+    compositor = known.pop("compositor")
+    return Calibration(known, compositor, machine, date[:10], frames, {e: one for e, one in lost.items() if one})
 
 
 def over(found: Calibration, before: Calibration) -> Calibration:
-    """Costs that were measured, and those from before for kinds that are lost in noise or that this scene does not have."""
+    """Costs that were measured, and those from before for kinds that are lost in noise or that this scene does not have.
+
+    Those from another machine are taken in proportion to the bare head's frame.
+    """
+    if before.machine != found.machine:
+        before = before.scaled(found.frame_ms)
     engines = {
         engine: {**before.shading_ms.get(engine, {}), **found.shading_ms.get(engine, {})}
         for engine in dict.fromkeys((*before.shading_ms, *found.shading_ms))
     }
-    return Calibration(engines, {**before.compositor_ms, **found.compositor_ms}, found.machine, found.measured)
+    return Calibration(
+        engines,
+        {**before.compositor_ms, **found.compositor_ms},
+        found.machine,
+        found.measured,
+        {**before.frame_ms, **found.frame_ms},
+    )
 
 
 Sought = dict[str, tuple[Difference | None, float]]
@@ -142,27 +170,50 @@ def _has(result: Result, name: str) -> bool:
 
 
 def difference(result: Result, plus: Sequence[str], minus: Sequence[str]) -> Difference | None:
-    """Frames of some rungs less those of others, run by run; None where one of them was not measured, or fewer than three times."""
+    """Frames of some rungs less those of others; None where one of them was not measured, or fewer than three times.
+
+    Of every rung the faster half of its runs; the error by leaving out one round of runs after the other (jackknife).
+    """
     rungs: dict[str, Measured] = {rung.name: rung for rung in result.rungs}
     if not all(name in rungs and len(rungs[name].times.runs) >= 3 for name in (*plus, *minus)):
         return None
-    each = [
-        sum(rungs[name].times.runs[i] for name in plus) - sum(rungs[name].times.runs[i] for name in minus)
-        for i in range(min(len(rungs[name].times.runs) for name in (*plus, *minus)))
-    ]
-    middle = statistics.median(each)
-    spread = statistics.median(abs(one - middle) for one in each)
-    error = 1.4826 * 1.2533 * spread / len(each) ** 0.5  # of a median of normal differences, by their median deviation
-    return Difference(middle, error, max(rungs[name].times.later for name in (*plus, *minus)))
+    count = min(len(rungs[name].times.runs) for name in (*plus, *minus))
+
+    def found(rounds: Sequence[int]) -> float:
+        def of(name: str) -> float:
+            return of_the_fastest([rungs[name].times.runs[i] for i in rounds])
+
+        return sum(map(of, plus)) - sum(map(of, minus))
+
+    without = [found([i for i in range(count) if i != out]) for out in range(count)]
+    middle = statistics.mean(without)
+    error = math.sqrt((count - 1) / count * sum((one - middle) ** 2 for one in without))
+    return Difference(found(range(count)), error, max(rungs[name].undisturbed for name in (*plus, *minus)))
 
 
 def _kept(found: Sought, unit: float) -> dict[str, float]:
     """Costs that are known: at least nothing."""
     return {
-        kind: float(f"{max(0.0, unit * one.seconds / count):.3g}")
-        for kind, (one, count) in found.items()
-        if one is not None and count and one.certain
+        kind: _ms(one, unit, count) for kind, (one, count) in found.items() if one is not None and count and one.certain
     }
+
+
+def _ms(one: Difference, unit: float, count: float) -> float:
+    return float(f"{max(0.0, unit * one.seconds / count):.3g}")
+
+
+def _lost(found: Sought, unit: float, known: Mapping[str, float], holds: Mapping[str, float]) -> dict[str, float]:
+    """Costs that the noise hides: as they were found where that is above its error, else by their nodes, each as dear as a film's."""
+    lost = {}
+    for kind, (one, count) in found.items():
+        if one is None or not count or kind in known:
+            continue
+        nodes, of_film = holds.get(NODES.format(kind)), holds.get(NODES.format("film"))
+        if one.seconds > one.error:
+            lost[kind] = _ms(one, unit, count)
+        elif nodes and of_film and "film" in known:
+            lost[kind] = float(f"{known['film'] * nodes / of_film:.3g}")
+    return lost
 
 
 def answer(result: Result) -> str:
@@ -171,6 +222,9 @@ def answer(result: Result) -> str:
     if made is None:
         return ""
     parts = [
+        f"{engine}'s frame of the bare head {ms:g} ms a megapixel and sample" for engine, ms in made.frame_ms.items()
+    ]
+    parts += [
         f"{engine} (ms a megapixel and sample): {', '.join(f'{kind} {ms:g}' for kind, ms in costs.items())}"
         for engine, costs in made.shading_ms.items()
         if costs

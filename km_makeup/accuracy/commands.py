@@ -8,12 +8,13 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from ..errors import MakeupError
-from .calibrate import calibration
+from .calibrate import SPEED, calibration
 from .ladder import RUNS, Ladder, Result, measure
 
 EXAMPLE = (
@@ -55,7 +56,7 @@ class SceneLadders:
 OpenScene = Callable[[SceneRequest], SceneLadders]
 """Opens a head in Blender; the command line hands it over, since this floor knows no Blender."""
 
-PICTURE_LADDERS = ("diffusion", "gloss", "picture", "frame", "costs")
+PICTURE_LADDERS = ("diffusion", "gloss", "picture", "frame", "costs", "speed")
 """Names of the ladders that need a head."""
 
 
@@ -112,6 +113,10 @@ def add_accuracy_command(commands: Any, open_scene: OpenScene | None = None) -> 
         help=f"{', '.join(ladders())}; of a head also {', '.join(PICTURE_LADDERS)}; may be given again (default: all)",
     )  # fmt: skip
     sub.add_argument(
+        "--rung", action="append", default=[], metavar="TEXT",
+        help="measure only rungs whose names hold this text; may be given again (default: all)",
+    )  # fmt: skip
+    sub.add_argument(
         "--quick",
         action="store_true",
         help=f"{QUICK_RUNS} timed runs instead of {RUNS}, a quarter of the reference's samples",
@@ -138,19 +143,26 @@ def run_accuracy(options: argparse.Namespace) -> int:
     results: list[Result] = []
     stopped, agreed = False, True
     aside = scene.aside if scene else nullcontext
-    for name in options.ladder or list(known):
-        stopped = not _measured(known[name], runs, results, aside)
+    for name in options.ladder or [name for name in known if name != SPEED]:  # the costs hold it
+        before, chosen = len(results), partial(_chosen, known[name], tuple(options.rung))
+        stopped = not _measured(chosen, runs, results, aside)
+        if len(results) == before and not stopped:
+            continue
         if not options.json and results:
             print(table(results[-1]) + "\n", flush=True)
         if options.repeat and not stopped:
             again: list[Result] = []
-            stopped = not _measured(known[name], runs, again, aside)
+            stopped = not _measured(chosen, runs, again, aside)
             if not stopped:
                 found = agreement(results[-1], again[-1])
                 agreed &= found.holds
                 print(f"{found}\n", file=sys.stderr if options.json else sys.stdout, flush=True)
         if stopped:
             break
+    if not results and not stopped and options.rung:
+        raise MakeupError(
+            f"No rung's name holds {' or '.join(map(repr, options.rung))}; see a measurement's table for names."
+        )
     made = _write(results, options.out, scene)
     if options.json and results:
         print(as_json(results, made), end="")
@@ -223,12 +235,20 @@ def _write(results: Sequence[Result], out: Path, scene: SceneLadders | None) -> 
     return made
 
 
+def _chosen(build: Callable[[], Ladder], texts: tuple[str, ...]) -> Ladder:
+    """A ladder, of its rungs those whose names hold one of the texts; all where there is none."""
+    ladder = build()
+    return replace(ladder, rungs=[r for r in ladder.rungs if not texts or any(text in r.name for text in texts)])
+
+
 def _measured(
     build: Callable[[], Ladder], runs: int, results: list[Result], aside: Callable[[], AbstractContextManager[object]]
 ) -> bool:
-    """Measure a ladder and append its result; False where it was stopped, with what was measured by then."""
+    """Measure a ladder, where it has rungs, and append its result; False where it was stopped, with what was measured by then."""
     try:
         ladder = build()
+        if not ladder.rungs:
+            return True
         results.append(Result(ladder))
         tell = _Progress(time.monotonic())
         with aside(), _interrupted() as asked:

@@ -20,6 +20,9 @@ from .pictures import Spread
 RUNS = 7
 """Timed runs of every rung, besides the first."""
 
+TURNS = 5
+"""Turns that a short run is made again in for each run asked for, so that one of them meets a quiet moment."""
+
 STRETCH_S = 0.005
 """Seconds of short runs whose mean is taken at once. Other work on a machine slows memory and caches for all, in bursts; the least
 disturbed stretch is nearest to what a run takes by itself."""
@@ -122,6 +125,16 @@ class Measured:
     flip: Spread | None = None
     shots: tuple[Shot, ...] = ()
 
+    @property
+    def undisturbed(self) -> float:
+        """Seconds of a run by the mean of the fastest later ones: other work on a machine only ever slows them."""
+        return of_the_fastest(self.times.runs or (self.times.later,))
+
+
+def of_the_fastest(runs: Sequence[float]) -> float:
+    """The mean of the faster half, or of many runs the fastest RUNS."""
+    return statistics.mean(sorted(runs)[: min(RUNS, (len(runs) + 1) // 2)])
+
 
 @dataclass
 class Result:
@@ -167,7 +180,8 @@ def measure(
     generator, or an interrupt, leaves there what was measured.
     """
     result = Result(ladder) if into is None else into
-    total = ladder.before_steps + len(ladder.rungs) * (runs + 2)
+    turns = runs * (TURNS if ladder.least_s else 1)
+    total = ladder.before_steps + len(ladder.rungs) * (turns + 2)
     for step, what in enumerate(ladder.before() if ladder.before else ()):
         yield step, total, f"{ladder.title}: {what}"
     done = ladder.before_steps
@@ -191,8 +205,11 @@ def measure(
         )
         result.rungs = marked([_measured(one) for one in works])
         done += 1
-    for turn in range(runs):
+    for turn in range(turns):
         for work in works:
+            if turn >= runs and work.cost[1] > ladder.least_s:  # long runs are disturbed less, and would take long
+                done += 1
+                continue
             yield done, total, f"{ladder.title}: run {turn + 1} of {work.rung.name}"
             work.rung.ready()
             work.timed()

@@ -7,7 +7,7 @@ import statistics
 from dataclasses import dataclass
 from itertools import combinations
 
-from .ladder import Measured, Result
+from .ladder import Result
 from .report import fastest
 
 TOLERANCE = 0.15
@@ -57,15 +57,10 @@ def agreement(first: Result, second: Result) -> Agreement:
 
 
 def _relative(result: Result) -> dict[str, float]:
-    """Times over the geometric mean of all rungs; a rung's is the mean of the faster half of its runs, which other work disturbed least."""
-    times = {rung.name: _undisturbed(rung) for rung in result.rungs}
+    """Times over the geometric mean of all rungs."""
+    times = {rung.name: rung.undisturbed for rung in result.rungs}
     mean = math.prod(times.values()) ** (1 / len(times)) if min(times.values()) > 0 else fastest(result)
     return {name: one / mean for name, one in times.items()}
-
-
-def _undisturbed(rung: Measured) -> float:
-    runs = sorted(rung.times.runs) or [rung.times.later]
-    return statistics.mean(runs[: (len(runs) + 1) // 2])
 
 
 __all__ = ["TOLERANCE", "Agreement", "agreement"]

@@ -116,10 +116,13 @@ def as_json(results: Sequence[Result], made: dict[str, str]) -> str:
         r.ladder.name: {
             "title": r.ladder.title, "unit": r.ladder.unit, "time_of": f"{time_of(r)} of {r.ladder.run_of}", "reference": r.ladder.reference,
             "noise": r.noise._asdict() if r.noise else None, "whole": r.whole, "not_as_theory_says": not_falling(r),
+            "holds": dict(r.ladder.holds),
         }
         for r in results
     }  # fmt: skip
-    return json.dumps({"made": made, "ladders": ladders, "rungs": rows(results)}, indent=1, ensure_ascii=False) + "\n"
+    runs = [[float(f"{s:.4g}") for s in rung.times.runs] for result in results for rung in result.rungs]
+    rungs = [{**row, "runs_s": one} for row, one in zip(rows(results), runs, strict=True)]
+    return json.dumps({"made": made, "ladders": ladders, "rungs": rungs}, indent=1, ensure_ascii=False) + "\n"
 
 
 def write_report(

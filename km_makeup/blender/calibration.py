@@ -1,4 +1,4 @@
-"""The times of this machine, where `accuracy` has measured them; the shipped ones otherwise."""
+"""The times of this machine, where Measure on This Scene has found them; the shipped ones in proportion otherwise."""
 
 from __future__ import annotations
 
@@ -32,3 +32,15 @@ def calibration_here() -> Calibration:
         _read.clear()
         _read[key] = Calibration.read(path)
     return _read[key]
+
+
+def whose_costs() -> str:
+    """Where the costs come from that plans go by, in a sentence."""
+    path, known = calibration_file(), calibration_here()
+    if path is not None and path.is_file():
+        return f"Costs are this machine's, measured on {known.measured}."
+    frame = known.frame_ms.get("EEVEE", 0.0)
+    return (
+        f"Costs are in proportion to a bare frame, assumed to take {frame:.3g} ms a megapixel and sample in EEVEE; "
+        "Measure on This Scene finds out."
+    )

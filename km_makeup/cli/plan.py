@@ -52,9 +52,10 @@ def run(options: argparse.Namespace) -> int:
         views=tuple(view.strip() for view in options.view.split(",") if view.strip()),
     )
     with blender_aside():
+        from ..blender.calibration import whose_costs
         from ..blender.commands import run_plan
 
-        plan = run_plan(job)
+        plan, costs = run_plan(job), whose_costs()
     if options.json:
         effects = [
             {
@@ -68,9 +69,10 @@ def run(options: argparse.Namespace) -> int:
             "left_out": plan.left_out,
             "cost": vars(plan.cost),
             "summary": summary(plan),
+            "costs": costs,
         }
         print(json.dumps({**total, "effects": effects}))
     else:
         print("\n".join(lines(plan)))
-        print(f"what is on costs {plan.cost}")
+        print(f"what is on costs {plan.cost}\n{costs}")
     return OK

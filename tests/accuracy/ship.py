@@ -2,6 +2,7 @@
 
     python -m km_makeup accuracy sample_blend/head.blend --look sample_blend/looks/evening.json --out accuracy
     python -m tests.accuracy.ship accuracy [FURTHER FOLDERS, of ladders that were measured apart]
+    python -m tests.accuracy.ship --costs FOLDER [FURTHER FOLDERS, of costs that were measured apart]
 
 Writes km_makeup/accuracy/shipped.json (what the panel shows until a scene was measured; what `tests.accuracy.conditions` wrote there
 stays), km_makeup/effects/calibration.json (what the plan takes effects to cost until then), two plots beside the sample head and
@@ -14,6 +15,7 @@ import argparse
 import json
 import re
 import sys
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -27,7 +29,8 @@ from km_makeup.effects import calibration as costs
 COSTS = "calibration.json"
 ROOT = Path(__file__).resolve().parents[2]
 README = ROOT / "README.md"
-BEGIN, END = "<!-- accuracy: begin -->", "<!-- accuracy: end -->"
+ACCURACY, WEIGHED = "accuracy", "costs"
+"""Marks in README.md."""
 PLOTS = ("colour", "picture")
 """Ladders whose plots README.md shows."""
 
@@ -53,7 +56,10 @@ def main() -> int:
     parser.add_argument(
         "folders", type=Path, nargs="+", help="folders with accuracy.json of measurements on one machine"
     )
+    parser.add_argument("--costs", action="store_true", help="take only the costs that plans weigh")
     options = parser.parse_args()
+    if options.costs:
+        return take_costs(options.folders)
     content: dict = {"made": {}, "ladders": {}, "rungs": []}
     for folder in options.folders:
         file = folder / "accuracy.json"
@@ -69,23 +75,89 @@ def main() -> int:
                 (ROOT / "sample_blend" / f"accuracy-{name}.svg").write_bytes((folder / f"{name}.svg").read_bytes())
     before = read_kept(SHIPPED.read_text(encoding="utf-8"), str(SHIPPED))
     replace(kept_of(content), conditions=before.conditions, model=before.model).write(SHIPPED)
-    for folder in options.folders:
-        ship_costs(folder / COSTS)
-    text = README.read_text(encoding="utf-8")
-    if BEGIN in text:
-        table = f"{BEGIN}\n{tables(content)}\n{END}"
-        README.write_text(
-            re.sub(f"{re.escape(BEGIN)}.*?{re.escape(END)}", lambda _: table, text, flags=re.DOTALL), encoding="utf-8"
-        )
+    between(ACCURACY, tables(content))
     print(f"written: {SHIPPED.relative_to(ROOT)}, README.md")
+    with_costs = [folder for folder in options.folders if (folder / COSTS).is_file()]
+    return take_costs(with_costs) if with_costs else 0
+
+
+def between(mark: str, text: str) -> None:
+    """Put text between its marks in README.md, where they are."""
+    begin, end = f"<!-- {mark}: begin -->", f"<!-- {mark}: end -->"
+    before = README.read_text(encoding="utf-8")
+    after = re.sub(f"{begin}.*?{end}", lambda _: f"{begin}\n{text}\n{end}", before, flags=re.DOTALL)
+    README.write_text(after, encoding="utf-8")
+
+
+def take_costs(folders: Sequence[Path]) -> int:
+    """Take costs into the extension and into README.md."""
+    missing = [folder for folder in folders if not (folder / COSTS).is_file()]
+    if missing:
+        print(f"There is no {missing[0] / COSTS}; measure the ladder of costs first.", file=sys.stderr)
+        return 2
+    ship_costs([folder / COSTS for folder in folders])
+    between(WEIGHED, cost_table(Calibration.as_measured()))
+    print(f"written: {costs.SHIPPED.relative_to(ROOT)}, README.md")
     return 0
 
 
-def ship_costs(file: Path) -> None:
-    """Take the costs that a plan weighs from a measurement's calibration; kinds it does not know stay as they are."""
-    if file.is_file():
-        found = Calibration.read(file)
-        found.write(costs.SHIPPED)
+KINDS = {
+    "film": "a film", "baked": "all films baked", "finish": "films' highlights", "lobe": "and each film's own", "second_lobe": "a second lobe",
+    "lamp": "the paper's highlight, a lamp", "normals": "relief that fades", "dither": "dither near black", "subsurface": "light in the skin",
+    "film_closure": "films' light apart",
+}  # fmt: skip
+COMPOSITED = {
+    "passes": "passes",
+    "group": "the group",
+    "gaussian": "a Gaussian",
+    "depth_aware": "stops at steps in depth",
+}
+
+
+def cost_table(known: Calibration) -> str:
+    """What effects cost, in hundredths of the bare head's frame, as Markdown; what the noise hides in brackets."""
+    lines = [
+        f"Measured on {known.measured}: {known.machine}, no graphics card. A frame of the head without makeup takes "
+        + ", ".join(f"{ms:.0f} ms a megapixel and sample in {name.title() if name == 'CYCLES' else name}" for name, ms in known.frame_ms.items())
+        + "; hundredths of it, in brackets what is supposed where the noise hides it (what was found above its error, or an effect's nodes as dear as a film's):",
+        "",
+        "| | EEVEE | Cycles |",
+        "| --- | ---: | ---: |",
+    ]  # fmt: skip
+
+    def part(engine: str, kind: str, of: Mapping[str, float], frame: float) -> str:
+        if kind in of:
+            return f"{100 * of[kind] / frame:.0f}"
+        lost = known.lost_ms.get(engine, {})
+        return f"({100 * lost[kind] / frame:.0f})" if kind in lost else "–"
+
+    for kind, said in KINDS.items():
+        row = [part(e, kind, known.shading_ms[e], known.frame_ms[e]) for e in ("EEVEE", "CYCLES")]
+        lines.append(f"| {said} | {' | '.join(row)} |")
+    for kind, said in COMPOSITED.items():
+        row = part("compositor", kind, known.compositor_ms, known.frame_ms["EEVEE"])
+        lines.append(f"| compositor, a frame of one sample: {said} | {row} | – |")
+    return "\n".join(lines)
+
+
+def ship_costs(files: Sequence[Path]) -> None:
+    """Take the costs that a plan weighs from measurements' calibrations, the later ones first; what is known before what the noise hides."""
+    if not files:
+        return
+    shipped: dict[str, dict] = {"frame_ms": {}, "shading_ms": {}, "compositor_ms": {}, "lost_ms": {}}
+    for file in files:
+        content = json.loads(file.read_text(encoding="utf-8"))
+        for engine, known in content["shading_ms"].items():
+            shipped["shading_ms"].setdefault(engine, {}).update(known)
+        for engine, known in content.get("lost_ms", {}).items():
+            shipped["lost_ms"].setdefault(engine, {}).update(known)
+        for name in ("frame_ms", "compositor_ms"):
+            shipped[name].update(content[name])
+        about = {name: content[name] for name in ("machine", "measured")}
+    for engine, lost in shipped["lost_ms"].items():
+        known = shipped["compositor_ms"] if engine == "compositor" else shipped["shading_ms"].get(engine, {})
+        shipped["lost_ms"][engine] = {kind: ms for kind, ms in lost.items() if kind not in known}
+    Calibration(**shipped, **about).write(costs.SHIPPED)
 
 
 def kept_of(content: dict) -> Kept:

@@ -50,10 +50,12 @@ HOLDS = {"megapixels": 0.5, "samples": 10, "films": 4, "lobes": 3, "lamps": 2}
 EEVEE = {
     "everything": 2.0, "no film highlights": 1.6, "no second lobe": 1.9, "lamp by lamp": 2.5, "relief as it is": 1.95,
     "baked, no film highlights": 1.3, "no makeup": 1.2, "no scattering": 1.0,
+    "no makeup, half as wide and high": 0.6,
 }  # fmt: skip
 CYCLES = {
     "everything": 5.0, "no film highlights": 4.0, "one highlight less": 4.8, "relief as it is": 4.9, "no makeup": 3.2,
     "baked, no film highlights": 3.6, "no scattering": 2.6, "no makeup, no scattering": 1.2,
+    "no makeup, half as wide and high": 1.7,
 }  # fmt: skip
 COMPOSITOR = {
     "compositor, no Gaussian": 1.1, "compositor, 1 Gaussian": 1.4, "compositor, 6 Gaussians": 1.9,
@@ -83,9 +85,11 @@ def test_costs_are_differences_by_megapixel_and_sample(tmp_path, drift):
         {"film": 40, "baked": 80, "normals": 20, "lobe": 40, "finish": 60, "subsurface": 400, "film_closure": 80}
     )
     assert found.compositor_ms == pytest.approx({"passes": 200, "gaussian": 200, "group": 400, "depth_aware": 400})
-    assert found.measured == "2026-01-31"
+    # three quarters of the pixels took .6 and 1.5
+    assert found.measured == "2026-01-31" and found.frame_ms == pytest.approx({"EEVEE": 160, "CYCLES": 400})
     found.write(tmp_path / "calibration.json")
-    read, shipped = Calibration.read(tmp_path / "calibration.json"), Calibration.shipped()
+    read = Calibration.read(tmp_path / "calibration.json")
+    shipped = Calibration.shipped().scaled(found.frame_ms)
     assert read.shading_ms["EEVEE"] == {**shipped.shading_ms["EEVEE"], **found.shading_ms["EEVEE"]}
     assert read.shading_ms["EEVEE"]["dither"] == shipped.shading_ms["EEVEE"]["dither"], (
         "what was not measured is as shipped"
@@ -101,10 +105,42 @@ def test_kinds_that_were_not_measured_stay_what_they_were():
     assert found.compositor_ms == {"group": 4.0} and (found.machine, found.measured) == ("new", "2026-01-31")
 
 
+def test_costs_of_another_machine_are_taken_in_proportion_to_the_bare_frame():
+    theirs = Calibration(
+        {"EEVEE": {"film": 1.0}, "CYCLES": {"lobe": 3.0}},
+        {"group": 4.0},
+        "old",
+        "2025-01-01",
+        {"EEVEE": 10, "CYCLES": 5},
+    )
+    speed = replace(costs(), ladder=replace(costs().ladder, name="speed"))
+    measured = calibrate.calibration([speed], "new", "2026-01-31")
+    assert not measured.shading_ms and not measured.compositor_ms, "the speed alone tells no effect's cost"
+    found = calibrate.over(measured, theirs)
+    assert found.shading_ms == {"EEVEE": {"film": pytest.approx(16)}, "CYCLES": {"lobe": pytest.approx(240)}}
+    assert found.compositor_ms == {"group": pytest.approx(64)} and found.frame_ms == pytest.approx(measured.frame_ms)
+    again = calibrate.over(measured, replace(theirs, machine="new"))
+    assert again.shading_ms == theirs.shading_ms, "costs of this machine stay as they were measured"
+    slow = theirs.scaled({"EEVEE": 20})
+    assert (slow.shading_ms["CYCLES"], slow.frame_ms) == ({"lobe": 3.0}, {"EEVEE": 20, "CYCLES": 5})
+
+
 def test_a_difference_lost_in_the_noise_is_left_to_the_default():
     found = calibrate.calibration([costs(jitter=0.4)], "", "")
     assert "second_lobe" not in found.shading_ms["EEVEE"] and "normals" not in found.shading_ms["EEVEE"]
     assert found.shading_ms["CYCLES"]["subsurface"] == pytest.approx(400, rel=0.5), "what stands out is known"
+
+
+def test_a_cost_that_the_noise_hides_is_supposed_by_its_nodes():
+    one = costs(jitter=0.02)
+    one.ladder = replace(one.ladder, holds={**HOLDS, "nodes of film": 40, "nodes of dither": 10})
+    noisy = tuple(2.0 + 0.3 * (-1) ** i for i in range(7))
+    times = Times(0, 2.0, 2.0, 0.3, 0, noisy)
+    one.rungs.append(Measured("EEVEE, no dither", "", "", Spread(1, 2, 3), times))
+    found = calibrate.calibration([one], "", "")
+    assert "dither" not in found.shading_ms["EEVEE"]
+    assert found.lost_ms["EEVEE"]["dither"] == pytest.approx(found.shading_ms["EEVEE"]["film"] / 4, rel=0.01)
+    assert found.whole().shading_ms["EEVEE"]["dither"] == found.lost_ms["EEVEE"]["dither"]
 
 
 def test_a_cost_that_is_known_to_be_small_is_nothing_rather_than_the_default():

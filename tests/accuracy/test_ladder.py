@@ -227,8 +227,31 @@ def test_short_runs_are_made_until_they_can_be_timed():
 
     quick = Rung("q", "", lambda: run, lambda: Spread(0, 0, 0), memory=lambda _: 0.0)
     found, _ = finished(measure(Ladder("m", "M", "u", "r", "t", [quick], clock=lambda: now, least_s=0.02), runs=2))
-    assert len(calls) == 1 + 2 * 20
+    assert len(calls) == 1 + 2 * ladder.TURNS * 20
     assert found.rungs[0].times.later == pytest.approx(0.001)
+
+
+def test_long_runs_are_made_as_often_as_asked_for():
+    now, calls = 0.0, {"short": 0, "long": 0}
+
+    def taking(name: str, seconds: float):
+        def run() -> None:
+            nonlocal now
+            now += seconds
+            calls[name] += 1
+
+        return Rung(name, "", lambda: run, lambda: Spread(0, 0, 0), memory=lambda _: 0.0)
+
+    rungs = [taking("short", 0.02), taking("long", 0.5)]
+    found, seen = finished(measure(Ladder("m", "M", "u", "r", "t", rungs, clock=lambda: now, least_s=0.02), runs=3))
+    assert calls == {"short": 1 + 3 * ladder.TURNS, "long": 1 + 3}
+    assert seen[-1][0] < seen[-1][1], "progress never passes its end"
+    assert [len(one.times.runs) for one in found.rungs] == [3 * ladder.TURNS, 3]
+
+
+def test_the_fastest_runs_are_what_a_rung_takes_undisturbed():
+    assert ladder.of_the_fastest([3.0, 1.0, 2.0]) == 1.5
+    assert ladder.of_the_fastest([9.0] * 28 + [1.0] * 7) == 1.0
 
 
 def test_pictures_of_a_rung_are_in_the_page():

@@ -120,7 +120,11 @@ def test_the_costs_of_effects_come_from_states_that_lack_them(made_up):
     for rung in ladder.rungs:
         rung.prepare()
         compositor = scene.compositing_node_group
-        state = " | ".join(described(tree) for tree in (obj.material_slots[0].material.node_tree, compositor) if tree)
+        material = described(obj.material_slots[0].material.node_tree)
+        if rung.name.startswith("compositor"):
+            assert "ShaderNodeOutputAOV" in material, "skin that keeps its light would be composited"
+        state = " | ".join((material, described(compositor) if compositor else ""))
+        state += str(scene.render.resolution_x)
         assert state not in {s for (engine, _), s in worn.items() if engine == scene.render.engine}, rung.name
         worn[scene.render.engine, rung.name] = state
     assert [(one.name, one.switch) for one in obj.km_makeup.overrides] == [("dither", "AUTO")]
@@ -136,6 +140,23 @@ def test_the_costs_of_effects_come_from_states_that_lack_them(made_up):
     missing = {kind for kind in shipped.shading_ms["CYCLES"] if kind not in found.shading_ms["CYCLES"]}
     assert missing <= {"second_lobe", "lamp", "dither", "normals", "lobe"}, "of one film, the lobe is the finish"
     assert set(found.compositor_ms) == set(shipped.compositor_ms)
+
+
+def test_a_film_that_loses_its_highlight_is_another_head(made_up):
+    """Forcing highlights on as a whole kept every film's."""
+    from km_makeup.blender import looks
+    from km_makeup.blender.measuring.costs import costs_ladder
+    from km_makeup.makeup import Layer, Look
+
+    looks.apply_look(made_up[0], Look("Two", (Layer("test-red", 12.0), Layer("test-base", 8.0))))
+    stage = stage_of(made_up)
+    worn = []
+    for rung in costs_ladder(stage).rungs:
+        if rung.name in ("Cycles, everything", "Cycles, one highlight less"):
+            rung.prepare()
+            worn.append(described(made_up[0].material_slots[0].material.node_tree))
+    stage.close()
+    assert len(worn) == 2 and worn[0] != worn[1]
 
 
 def test_diffusion_is_measured_against_its_own_reference(made_up):
@@ -244,19 +265,26 @@ def test_measuring_in_blender_is_kept_with_the_head_and_shown(made_up, tmp_path,
     import bpy
 
     from km_makeup.blender import frame_times, measured
-    from km_makeup.blender.measuring import picture
+    from km_makeup.blender.measuring import costs, picture
     from km_makeup.blender.measuring import scene as measuring_scene
 
     obj, scene = made_up
     bpy.context.view_layer.objects.active = obj
     original = picture.picture_ladder
-    few = {"picture": lambda stage: only(original(stage), "EEVEE, no makeup", "EEVEE, live")}
+    monkeypatch.setattr(costs, "QUICK_SIZES", (((32, 32), 1),))
+    few = {
+        "picture": lambda stage: only(original(stage), "EEVEE, no makeup", "EEVEE, live"),
+        "speed": costs.speed_ladder,
+    }
     monkeypatch.setattr(measuring_scene, "LADDERS", few)
     assert not measured.measurement_of(obj)[1]
     found = bpy.ops.km_makeup.measure(longest=32, samples=2, reference=8, folder=str(tmp_path))
     assert found == {"FINISHED"} and (tmp_path / "accuracy.html").is_file()
     kept, own = measured.measurement_of(obj)
-    assert own and [rung.name for rung in kept.rungs] == ["EEVEE, no makeup", "EEVEE, live"]
+    assert own and [rung.name for rung in kept.rungs] == [
+        "EEVEE, no makeup", "EEVEE, live", "EEVEE, no makeup", "EEVEE, no makeup, half as wide and high",
+        "Cycles, no makeup", "Cycles, no makeup, half as wide and high",
+    ]  # fmt: skip
     assert kept.megapixels == pytest.approx(32 * 32 / 1e6)
     (shown,) = measured.expected(obj, scene)
     assert shown.rung.name == "EEVEE, live" and shown.own

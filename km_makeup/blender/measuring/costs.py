@@ -23,36 +23,53 @@ from .dressed import Dressed, settings
 from .picture import Wardrobe
 from .stage import Pixels, Stage, State
 
-SIZES = (((320, 180), 4), ((640, 360), 8), ((1920, 1080), 16))
-"""Pixels and samples of the frames that are timed: the first where the processor draws, the last with a graphics card."""
+SIZES = (((1280, 720), 1), ((1280, 720), 8), ((1920, 1080), 32))
+"""Pixels and samples of the frames that are timed: the first where the processor draws, the last with a graphics card. Many pixels and
+few samples: a frame of few pixels is mostly Blender's own work, and so is each sample (shadows)."""
+QUICK_SIZES = (((640, 360), 1), *SIZES)
+"""The same where only the bare head's frame is timed."""
+TINY = (64, 36)
 QUICK_S = 1.0
 """Seconds of a frame below which larger ones are tried."""
 
-FORCED = ("finish", "lobe", "second_lobe", "normals", "dither", "subsurface")
-"""Effects that are on unless they are turned off."""
+FORCED = ("lobe", "second_lobe", "normals", "dither", "subsurface")
+"""Effects that are on unless they are turned off. Highlights film by film: forced as a whole, none of them could be taken away."""
 
 
 def costs_ladder(stage: Stage) -> Ladder:
     """The ladder of a stage; effects that its head cannot have have no rung."""
-    made = _Costs(stage)
-    return Ladder(
+    made = _Costs(stage, SIZES)
+    return _ladder(
+        made,
         names.LADDER,
         "What effects cost",
-        "CIEDE2000",
-        "a frame of {0[0]}x{0[1]} at {1} samples, larger where that takes less than a second".format(*SIZES[0]),
         "the frame with everything on, of the same engine: what each effect is worth here",
         made.rungs(),
-        before=made.choose_size,
-        before_steps=1,
-        notes=(
-            "A cost is the median, over the runs, of the difference of two frames that differ by one effect; differences of less than "
-            "the noise of the runs are found to be nothing where that noise is small.",
-        ),
-        clock=time.perf_counter,
-        least_s=0.0,
-        holds=made.holds,
-        answer=names.answer,
+        "A cost is the difference of two frames that differ by one effect, each by the faster half of its runs; what is lost in the "
+        "noise is left as it was, and taken as nothing where that noise is small.",
     )
+
+
+def speed_ladder(stage: Stage) -> Ladder:
+    """The bare head's frames alone: what costs of other machines are in proportion to."""
+    made = _Costs(stage, QUICK_SIZES)
+    return _ladder(
+        made,
+        names.SPEED,
+        "The bare head's frame",
+        "itself: these frames are timed, not compared",
+        made.bare_rungs(EEVEE) + made.bare_rungs(CYCLES),
+        "Frames of two sizes tell Blender's own work around a frame from what a pixel takes.",
+    )
+
+
+def _ladder(made: _Costs, name: str, title: str, reference: str, rungs: Sequence[Rung], note: str) -> Ladder:
+    return Ladder(
+        name, title, "CIEDE2000",
+        "a frame of {0[0]}x{0[1]} at {1} sample a pixel, larger where that takes less than a second".format(*made.sizes[0]),
+        reference, rungs, before=made.choose_size, before_steps=1, notes=(note,), clock=time.perf_counter, least_s=0.0,
+        holds=made.holds, answer=names.answer,
+    )  # fmt: skip
 
 
 @dataclass
@@ -60,13 +77,14 @@ class _Costs:
     """States of the rungs, and the pictures with everything on by engine."""
 
     stage: Stage
+    sizes: Sequence[tuple[tuple[int, int], int]]
 
     def __post_init__(self) -> None:
         self.wardrobe, self.makers = Wardrobe(self.stage), Makers(self.stage)
-        self.size, self.samples = SIZES[0]
+        self.size, self.samples = self.sizes[0]
         self._worn: dict[tuple[str, ...], Dressed] = {}
         self._baked: Dressed | None = None
-        self._whole: dict[str, Pixels] = {}
+        self._whole: dict[tuple[str, tuple[int, ...]], Pixels] = {}
         stage = self.stage
         with self._without(()):
             plan = plan_of(stage.obj, stage.scene)
@@ -76,6 +94,7 @@ class _Costs:
             "films": len(plan.film_indices),
             "lobes": len(self.lobes),
             "lamps": len(lamps_for(stage.obj, stage.scene).chosen),
+            **{names.NODES.format(one.key.split(":")[0]): one.cost.nodes for one in plan.effects if one.cost.nodes},
         }
         self._hold()
 
@@ -85,8 +104,8 @@ class _Costs:
     def choose_size(self) -> Iterator[str]:
         """Larger frames while they are quick; yields what it does."""
         yield "how long a frame takes"
-        for self.size, self.samples in SIZES:
-            self.stage.bring(State(EEVEE, self.samples, self.wears(), size=self.size, scaled=False))
+        for self.size, self.samples in self.sizes:
+            self.stage.bring(State(EEVEE, self.samples, self.bare(), size=self.size, scaled=False))
             for _ in range(2):  # the first compiles
                 start = time.perf_counter()
                 self.stage.render()
@@ -157,7 +176,6 @@ class _Costs:
                 (names.NO_NORMALS, "relief does not fade", lambda: self.wears("normals"), "normals" in self.on),
                 (names.NO_DITHER, "no dither near black", lambda: self.wears("dither"), engine == EEVEE and "dither" in self.on),
                 (names.BAKED, "textures, and no highlights of films", self.baked, True),
-                (names.NO_FILMS, "the bare skin", self.bare, True),
                 (names.NO_SCATTERING, "light leaves skin where it enters", lambda: self.wears("subsurface"), "subsurface" in self.on),
                 (names.BARE_NO_SCATTERING, "the bare skin, and its light leaves where it enters", lambda: self.bare("subsurface"), engine == CYCLES and "subsurface" in self.on),
             ]  # fmt: skip
@@ -166,17 +184,34 @@ class _Costs:
                 for name, about, wears, there in rows
                 if there
             ]
+            found += self.bare_rungs(engine)
         for name, count, aware in names.COMPOSITED:
             found.append(self._rung(name, "EEVEE, light spread in the compositor", screen(count, aware), EEVEE))
         return found
+
+    def bare_rungs(self, engine: str) -> list[Rung]:
+        """The head without makeup, as large and half as wide and high."""
+        said = names.ENGINES[engine]
+
+        def bare(half: bool) -> Callable[[], State]:
+            def made() -> State:
+                size = (self.size[0] // 2, self.size[1] // 2) if half else self.size
+                return State(engine, self.samples, self.bare(), size=size, scaled=False)
+
+            return made
+
+        return [
+            self._rung(f"{said}, {names.NO_FILMS}", "the bare skin", bare(half=False), engine),
+            self._rung(f"{said}, {names.SMALLER}", "the bare skin in a quarter of the pixels", bare(half=True), engine),
+        ]
 
     def _rung(self, name: str, about: str, make: Callable[[], State], engine: str) -> Rung:
         state: list[State] = []
 
         def ready() -> None:
-            """A frame of one sample first: going from one rung's materials to another's costs seconds that no effect does."""
+            """A tiny frame first: going from one rung's materials to another's costs seconds that no effect does."""
             if state:
-                self.stage.bring(replace(state[0], samples=1))
+                self.stage.bring(replace(state[0], samples=1, size=TINY))
                 self.stage.render()
                 self.stage.bring(state[0])
 
@@ -188,7 +223,7 @@ class _Costs:
         def error() -> Spread:
             picture = self.stage.take()
             return compare_pictures(
-                picture, self._whole.setdefault(engine, picture), white=self.stage.white(),
+                picture, self._whole.setdefault((engine, picture.shape), picture), white=self.stage.white(),
                 space=bpy.data.colorspace.working_space, flip=False,
             ).delta_e  # fmt: skip
 
@@ -202,4 +237,4 @@ def _override(makeup: bpy.types.PropertyGroup, switches: Mapping[str, str]) -> N
         one.name, one.switch = key, switch
 
 
-__all__ = ["costs_ladder"]
+__all__ = ["costs_ladder", "speed_ladder"]

@@ -55,18 +55,24 @@ def kept(obj: bpy.types.Object, name: str) -> Dressed:
 
 @contextmanager
 def settings(obj: bpy.types.Object, scene: bpy.types.Scene, **values: object) -> Iterator[None]:
-    """The makeup built with other settings inside the block; afterwards the settings are as they were, and nothing is rebuilt."""
+    """The makeup built with other settings inside the block; afterwards the settings are as they were, and nothing is rebuilt.
+
+    It is planned for EEVEE whatever was rendered last (``both_engines`` for Cycles as well): for Cycles no light would be left to
+    the compositor.
+    """
     from ..makeup import refresh
 
     wear_own(obj)
-    makeup = obj.km_makeup
+    makeup, engine = obj.km_makeup, scene.render.engine
     before = {name: getattr(makeup, name) for name in values}
     with paused():
-        for name, value in values.items():
-            setattr(makeup, name, value)
-        refresh(obj, scene)
         try:
+            scene.render.engine = "BLENDER_EEVEE"
+            for name, value in values.items():
+                setattr(makeup, name, value)
+            refresh(obj, scene)
             yield
         finally:
             for name, value in before.items():
                 setattr(makeup, name, value)
+            scene.render.engine = engine

@@ -15,7 +15,7 @@ from ...errors import MakeupError
 from ...makeup import Look
 from .. import looks, studio
 from ..reference import Restoring
-from .costs import costs_ladder
+from .costs import costs_ladder, speed_ladder
 from .diffusion import CYCLES, diffusion_ladder
 from .frame import frame_ladder
 from .gloss import gloss_ladder
@@ -30,6 +30,7 @@ LADDERS: dict[str, Callable[[Stage], Ladder]] = {
     "picture": picture_ladder,
     "frame": frame_ladder,
     "costs": costs_ladder,
+    "speed": speed_ladder,
 }
 
 

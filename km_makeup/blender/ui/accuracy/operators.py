@@ -52,7 +52,7 @@ class KM_OT_measure(SteppedOperator, bpy.types.Operator):
         from ...measuring import measured_scene
 
         scene, results = context.scene, []
-        names = ("picture", "diffusion", "gloss", "costs") if self.thorough else ("picture",)
+        names = ("picture", "diffusion", "gloss", "costs") if self.thorough else ("picture", "speed")
         with measured_scene(scene, obj, self.longest, self.reference, self.samples) as ladders:
             try:
                 for number, name in enumerate(names):

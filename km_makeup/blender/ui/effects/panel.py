@@ -26,6 +26,8 @@ class KM_PT_effects(MakeupPanel):
     needs_setup = True
 
     def draw(self, context: bpy.types.Context) -> None:
+        from ...calibration import whose_costs
+
         makeup = context.object.km_makeup
         layout, column = self.layout, settings(self.layout)
         column.prop(makeup, "tolerance")
@@ -34,6 +36,7 @@ class KM_PT_effects(MakeupPanel):
         column.prop(makeup, "use_budget")
         if makeup.use_budget:
             column.prop(makeup, "budget_ms")
+            paragraph(layout, whose_costs(), "INFO", NARROW)
         column.prop(makeup, "finish")
         column.prop(makeup, "scattering")
         row = layout.row(align=True)
