@@ -18,7 +18,7 @@ from .ladder import Measured, Result, of_the_fastest
 LADDER = "costs"
 SPEED = "speed"
 """The ladder of the bare head's frames alone."""
-ENGINES = {"BLENDER_EEVEE": "EEVEE", "CYCLES": "Cycles"}
+ENGINES = {"EEVEE": "EEVEE", "CYCLES": "Cycles"}
 """What a rung's name begins with, by engine."""
 
 ALL, NO_FILMS, BAKED = "everything", "no makeup", "baked, no film highlights"
@@ -63,7 +63,8 @@ class Difference:
 
 
 def calibration(results: Sequence[Result], machine: str, date: str) -> Calibration | None:
-    """Costs in ms a megapixel (and sample), by kind; None where the ladder of costs was not measured to its end.
+    """Costs in ms a megapixel (and sample), by kind; None where no ladder of them was measured to its end, or frames
+    alone were and are lost in noise.
 
     Kinds that are lost in noise are left out: they stay what they were.
     """
@@ -73,15 +74,15 @@ def calibration(results: Sequence[Result], machine: str, date: str) -> Calibrati
         return None
     holds = result.ladder.holds
     frame = 1e3 / holds["megapixels"]
-    engines = (("EEVEE", "EEVEE"), ("CYCLES", "Cycles"))
     frames: dict[str, float] = {}
-    for engine, said in engines:
-        larger = {"frame": (difference(result, [f"{said}, {NO_FILMS}"], [f"{said}, {SMALLER}"]), 3 / 4)}
-        frames |= {engine: ms for ms in _kept(larger, frame / holds["samples"]).values() if ms > 0}
+    for engine, said in ENGINES.items():
+        larger = difference(result, [f"{said}, {NO_FILMS}"], [f"{said}, {SMALLER}"])
+        if larger is not None and larger.certain and larger.seconds > 0:
+            frames[engine] = _ms(larger, frame / holds["samples"], 3 / 4)
     if result is not whole[0]:
-        return Calibration({}, {}, machine, date[:10], frames)
-    sought = {engine: _shading(result, said, holds) for engine, said in engines}
-    units = {engine: frame / holds["samples"] for engine in sought} | {"compositor": frame}
+        return Calibration({}, {}, machine, date[:10], frames) if frames else None
+    sought = {engine: _shading(result, said, holds) for engine, said in ENGINES.items()}
+    units = dict.fromkeys(sought, frame / holds["samples"]) | {"compositor": frame}
     sought["compositor"] = _compositing(result)
     known = {e: _kept(one, units[e]) for e, one in sought.items()}
     lost = {e: _lost(one, units[e], known[e], holds) for e, one in sought.items()}

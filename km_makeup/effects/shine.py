@@ -17,7 +17,7 @@ from .effect import Account, Cost, Effect, because
 from .facts import Engine, LayerFacts, SceneFacts, Switch
 from .lobes import SHARES, Lobe, Shown, light_of
 from .metric import Metric
-from .states import KEPT_AS, SHADES, States
+from .states import KEPT_AS, SHADES, States, rounding
 
 SLOPE = 0.2
 """Root mean square slope of the relief that a normal or bump map of strength 1 gives skin: how much its shading varies."""
@@ -169,7 +169,13 @@ def _all_plain(
     without = [_shine(facts, one, frozenset(live), none) for one in states.sets]
     error = _difference(facts, states.colours[:, 0], full, without)
     keeps = _lamp_by_lamp(facts) and account.said("finish") is not Switch.OFF
-    return (frozenset(live) if not keeps and account.leaves_out("finish", error) else none), error
+    error = _apart(facts, states, account, error)
+    return (frozenset(live) if not keeps and account.leaves_out("finish", error, rounds=True) else none), error
+
+
+def _apart(facts: SceneFacts, states: States, account: Account, error: float) -> float:
+    """With the step by which colours may be rounded apart: what a highlight reflects is taken from the closures' colours."""
+    return account.rounded(error, rounding(facts, states))
 
 
 def _lobes(
@@ -197,8 +203,11 @@ def _lobes(
     asked = account.said("finish")
     for index in sorted(live, key=lambda i: (errors[i] if errors[i] is not None else np.inf, i)):
         key, error = f"lobe:{index}", errors[index]
+        if error and states is not None:
+            error = _apart(facts, states, account, error)
         last = _lamp_by_lamp(facts) and len(plain) == len(live) - 1
-        out = facts.finish is Switch.AUTO and asked is Switch.AUTO and not last and account.leaves_out(key, error)
+        free = facts.finish is Switch.AUTO and asked is Switch.AUTO and not last
+        out = free and account.leaves_out(key, error, rounds=True)
         if out:
             plain.add(index)
         engine = "lobe" if facts.engine is Engine.CYCLES else "finish"
@@ -276,7 +285,8 @@ def _second(
     error = None
     if states is not None:
         error = account.once(("second", states.sets, plain), lambda: _merged(facts, states, plain, top))
-    out = account.leaves_out(key, error)
+        error = _apart(facts, states, account, error)
+    out = account.leaves_out(key, error, rounds=True)
     reason = "one lobe of their mean looks the same" if out else "skin and films shine in different widths"
     said = account.said(key)
     return Effect(key, name, not out, because(said, reason), error, cost, said=said)

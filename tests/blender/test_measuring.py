@@ -142,12 +142,14 @@ def test_the_costs_of_effects_come_from_states_that_lack_them(made_up):
     assert set(found.compositor_ms) == set(shipped.compositor_ms)
 
 
-def test_a_film_that_loses_its_highlight_is_another_head(made_up):
-    """Forcing highlights on as a whole kept every film's."""
-    from km_makeup.blender import looks
+def test_a_film_that_loses_its_highlight_is_another_head(made_up, monkeypatch):
+    """Forcing highlights on as a whole kept every film's: what is asked for here is the ladder's alone."""
+    from km_makeup.blender import looks, makeup
     from km_makeup.blender.measuring.costs import costs_ladder
+    from km_makeup.effects import make_plan
     from km_makeup.makeup import Layer, Look
 
+    monkeypatch.setattr(makeup, "make_plan", make_plan)
     looks.apply_look(made_up[0], Look("Two", (Layer("test-red", 12.0), Layer("test-base", 8.0))))
     stage = stage_of(made_up)
     worn = []
@@ -291,7 +293,7 @@ def test_measuring_in_blender_is_kept_with_the_head_and_shown(made_up, tmp_path,
     assert f"ΔE {shown.rung.mean:.2f} from Cycles" in measured.sentence(shown)
     assert (scene.render.resolution_x, scene.render.resolution_percentage) == (SIZE, 100)
     frame = frame_times.last_frame()
-    assert frame is not None and frame.size == (32, 32) and frame.total_ms > 0
+    assert frame is not None and frame.size == (16, 16) and frame.total_ms > 0
 
 
 def kept_with(obj, **seconds: float) -> None:

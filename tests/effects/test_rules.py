@@ -147,6 +147,19 @@ def test_a_film_that_shines_as_the_skin_does_has_no_lobe():
     assert not glossy.shine.plain and glossy.finish.on and glossy.shine.second.on
 
 
+def test_what_highlights_take_from_the_colours_below_may_round_them_apart():
+    """EEVEE keeps closures' colours in 10 bits; on a dark skin a step is more than a faint film's second lobe makes."""
+    skin = replace(SPREADS, colours=((0.05, 0.035, 0.03),))
+    facts = scene(film("foundation-light", 0.001), skin=skin)
+    step = rounding(facts, states_of(facts, [0]))
+    plan = make_plan(facts, tolerance=0.0)
+    assert step > 0.1
+    for key in ("lobe:0", "second_lobe"):
+        assert plan.effect(key).error > step, key
+    traced = replace(facts, engines=CYCLES)
+    assert make_plan(traced, tolerance=0.0).effect("lobe:0").error < step
+
+
 def test_without_light_there_is_no_highlight():
     plan = make_plan(scene(LIPS, lamps=(), world=(0.0, 0.0, 0.0)))
     assert not plan.finish.on and plan.finish.reason == "no light to be reflected"

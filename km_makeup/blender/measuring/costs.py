@@ -104,7 +104,8 @@ class _Costs:
     def choose_size(self) -> Iterator[str]:
         """Larger frames while they are quick; yields what it does."""
         yield "how long a frame takes"
-        for self.size, self.samples in self.sizes:
+        for size, samples in self.sizes:
+            self.size, self.samples = size, samples
             self.stage.bring(State(EEVEE, self.samples, self.bare(), size=self.size, scaled=False))
             for _ in range(2):  # the first compiles
                 start = time.perf_counter()
@@ -166,7 +167,7 @@ class _Costs:
 
         found: list[Rung] = []
         for engine in (EEVEE, CYCLES):
-            said = names.ENGINES[engine]
+            said = names.ENGINES[engine.removeprefix("BLENDER_")]
             rows: list[tuple[str, str, Callable[[], Dressed], bool]] = [
                 (names.ALL, "every effect that the head can have", self.wears, True),
                 (names.NO_FINISH, "films shine as the skin does", lambda: self.wears("finish"), "finish" in self.on),
@@ -191,7 +192,7 @@ class _Costs:
 
     def bare_rungs(self, engine: str) -> list[Rung]:
         """The head without makeup, as large and half as wide and high."""
-        said = names.ENGINES[engine]
+        said = names.ENGINES[engine.removeprefix("BLENDER_")]
 
         def bare(half: bool) -> Callable[[], State]:
             def made() -> State:

@@ -54,6 +54,7 @@ class KM_OT_measure(SteppedOperator, bpy.types.Operator):
         scene, results = context.scene, []
         names = ("picture", "diffusion", "gloss", "costs") if self.thorough else ("picture", "speed")
         with measured_scene(scene, obj, self.longest, self.reference, self.samples) as ladders:
+            size = {x: getattr(scene.render, x) for x in ("resolution_x", "resolution_y", "resolution_percentage")}
             try:
                 for number, name in enumerate(names):
                     ladder = ladders[name]()
@@ -61,6 +62,8 @@ class KM_OT_measure(SteppedOperator, bpy.types.Operator):
                     for done, total, _ in measure(ladder, 7 if self.thorough else 3, results[-1]):
                         yield number * total + done, len(names) * total
             finally:
+                for name, value in size.items():  # frames of the costs have sizes of their own
+                    setattr(scene.render, name, value)
                 message = self._keep(obj, scene, [one for one in results if one.rungs])
         return message
 
