@@ -7,7 +7,6 @@ and compared with the same bake of a float map at full size in 32-bit textures w
 from __future__ import annotations
 
 import tempfile
-import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -69,7 +68,6 @@ def map_ladder(work: Painted | None = None) -> Ladder:
         ],
         falling=FALLING,
         notes=NOTES,
-        clock=time.perf_counter,
     )
 
 

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import bpy
 
 from ..effects import Calibration
+from ..errors import MakeupError
 
 NAME = "calibration.json"
+VARIABLE = "KM_MAKEUP_CALIBRATION"
+"""Environment variable that names a file of costs, such as `accuracy` writes, for commands."""
 
 
 def calibration_file() -> Path | None:
-    """Where this machine's times are kept; None where KM Makeup does not run as an extension."""
+    """Where this machine's times are kept; None where KM Makeup does not run as an extension and no variable names a file."""
+    if os.environ.get(VARIABLE):
+        return Path(os.environ[VARIABLE])
     package = (__package__ or "").split(".")
     if package[0] != "bl_ext":
         return None
@@ -26,6 +32,8 @@ def calibration_here() -> Calibration:
     """The times that plans go by; read again when the file has changed."""
     path = calibration_file()
     if path is None or not path.is_file():
+        if os.environ.get(VARIABLE):
+            raise MakeupError(f"{VARIABLE} names {path}, which is not there; measure with --ladder costs, or unset it.")
         return Calibration.shipped()
     key = (str(path), path.stat().st_mtime_ns)
     if key not in _read:

@@ -296,6 +296,23 @@ def test_measuring_in_blender_is_kept_with_the_head_and_shown(made_up, tmp_path,
     assert frame is not None and frame.size == (16, 16) and frame.total_ms > 0
 
 
+def test_plans_weigh_the_costs_that_a_variable_names(made_up, tmp_path, monkeypatch):
+    from km_makeup.blender import calibration
+    from km_makeup.effects import Calibration
+    from km_makeup.errors import MakeupError
+
+    assert calibration.calibration_here() == Calibration.shipped() and "assumed" in calibration.whose_costs()
+    file = tmp_path / "calibration.json"
+    monkeypatch.setenv(calibration.VARIABLE, str(file))
+    with pytest.raises(MakeupError, match="which is not there"):
+        calibration.calibration_here()
+    Calibration({"EEVEE": {"film": 9.0}}, {}, "a machine", "2026-01-31", {"EEVEE": 60.0}).write(file)
+    found, shipped = calibration.calibration_here(), Calibration.shipped()
+    assert found.shading_ms["EEVEE"]["film"] == 9.0
+    assert found.shading_ms["EEVEE"]["lamp"] == pytest.approx(2 * shipped.shading_ms["EEVEE"]["lamp"])
+    assert "measured on 2026-01-31" in calibration.whose_costs()
+
+
 def kept_with(obj, **seconds: float) -> None:
     """A measurement whose figures are known, kept on a head: seconds and errors by setting."""
     from km_makeup.accuracy.kept import Kept, KeptRung
