@@ -33,6 +33,9 @@ GAUSSIANS = 4
 LEAST_HALF = 0.3
 """Of a lamp behind the head, or seen from anywhere: skin that mirrors it at more than some 70 degrees is a thin rim."""
 
+MIRRORED = 6
+"""Rounds in which the place is found that mirrors a lamp."""
+
 PAINTED_SHARE = 0.2
 """Of the map, that the layer to be painted is taken to cover at least, and of whatever lies beside it."""
 
@@ -209,10 +212,14 @@ def _lamps(obj: bpy.types.Object, scene: bpy.types.Scene, view: ViewFacts) -> tu
     corners = [obj.matrix_world @ Vector(corner) for corner in obj.bound_box]
     place = sum(corners, Vector()) / len(corners)
     lamps = lamps_of(scene, place)
+    radius = min(max(c[i] for c in corners) - min(c[i] for c in corners) for i in range(3)) / 2
     eyes = [] if view.any_view else [eye.matrix_world for eye in views.cameras_in(scene)]
     found = [
         LampFacts(
-            one.name, irradiance_at(one, place), solid_angle(one, place), view_dot_half=_view_dot_half(one, place, eyes)
+            one.name,
+            irradiance_at(one, place),
+            solid_angle(one, place),
+            view_dot_half=_view_dot_half(one, place, radius, eyes),
         )
         for one in lamps.chosen
     ]
@@ -227,12 +234,27 @@ def light_shares(obj: bpy.types.Object, scene: bpy.types.Scene) -> dict[str, flo
     return conditions.light_shares(lamps, (0.0, 0.0, 0.0) if _world_is_unknown(scene) else _world(scene))
 
 
-def _view_dot_half(lamp: bpy.types.Object, place: Vector, eyes: Sequence[Matrix]) -> float:
-    """The least cosine between the direction of a camera and the half vector of camera and lamp, from a place."""
+def _view_dot_half(lamp: bpy.types.Object, place: Vector, radius: float, eyes: Sequence[Matrix]) -> float:
+    """The least cosine between the direction of a camera and the half vector of camera and lamp, where a ball of this radius mirrors
+    the lamp, its far edge too: a lamp that is near or wide is mirrored much more grazing than its middle is from the ball's."""
+    cosines = [_mirrored(lamp, place, radius, eye.translation) for eye in eyes]
+    return max(LEAST_HALF, min(cosines)) if cosines else LEAST_HALF
+
+
+def _mirrored(lamp: bpy.types.Object, place: Vector, radius: float, eye: Vector) -> float:
+    """The same for one camera."""
     matrix = lamp.matrix_world
-    towards = matrix.col[2].xyz if lamp.data.type == "SUN" else matrix.translation - place
-    cosines = [towards.normalized().dot((eye.translation - place).normalized()) for eye in eyes]
-    return max(LEAST_HALF, math.sqrt(max(0.0, (1 + min(cosines)) / 2))) if cosines else LEAST_HALF
+    sun = lamp.data.type == "SUN"
+    half, cosine, angle = Vector(), 1.0, 0.0
+    for _ in range(MIRRORED):
+        point = place + radius * half
+        away = matrix.translation - point
+        towards = (matrix.col[2].xyz if sun else away).normalized()
+        view = (eye - point).normalized()
+        half = (towards + view).normalized()
+        cosine = max(-1.0, min(1.0, half.dot(view)))
+        angle = math.atan2(math.sqrt(solid_angle(lamp, point) / math.pi), 1.0)
+    return math.cos(min(math.acos(cosine) + angle / 2, math.pi / 2))
 
 
 def _background(scene: bpy.types.Scene) -> list[bpy.types.Node]:

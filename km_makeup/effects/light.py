@@ -24,10 +24,10 @@ from .states import States
 FILTER_PX2 = 0.25
 """Variance in pixels^2 of a pixel with the renderers' usual filter (1.5 pixels) around it."""
 
-SEEN, STEPS = 1.3, 0.4
+SEEN, STEPS = 1.3, 0.6
 """What shows on heads of the change at the hardest edge, of light that does not spread and of light that spreads across steps in depth,
 which are fewer. Over 1 since renderers blur pixels by whole ones and the compositor blurs half of the skin's colour too. Measured at
-most 1.11 and 0.34 (smooth head, 90 pixels high, sun), 0.2 to 0.6 on larger and rougher ones."""
+most 1.11 (smooth head, 90 pixels high, sun) and 0.45 (smooth head, close-up, soft light), 0.2 to 0.6 on larger and rougher ones."""
 
 WALKED = 2.5
 """CIEDE2000 by which skin that Cycles scatters light in differs from a diffuse surface however narrow that is: a random walk sends back
