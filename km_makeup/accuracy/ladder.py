@@ -23,6 +23,9 @@ RUNS = 7
 TURNS = 5
 """Turns that a short run is made again in for each run asked for, so that one of them meets a quiet moment."""
 
+SHORT_S = 0.5
+"""Seconds of a short run."""
+
 STRETCH_S = 0.005
 """Seconds of short runs whose mean is taken at once. Other work on a machine slows memory and caches for all, in bursts; the least
 disturbed stretch is nearest to what a run takes by itself."""
@@ -207,7 +210,7 @@ def measure(
         done += 1
     for turn in range(turns):
         for work in works:
-            if turn >= runs and work.cost[1] > ladder.least_s:  # long runs are disturbed less, and would take long
+            if turn >= runs and work.cost[1] > SHORT_S:  # long runs are disturbed less, and would take long
                 done += 1
                 continue
             yield done, total, f"{ladder.title}: run {turn + 1} of {work.rung.name}"

@@ -253,7 +253,7 @@ def _mirrored(lamp: bpy.types.Object, place: Vector, radius: float, eye: Vector)
         view = (eye - point).normalized()
         half = (towards + view).normalized()
         cosine = max(-1.0, min(1.0, half.dot(view)))
-        angle = math.atan2(math.sqrt(solid_angle(lamp, point) / math.pi), 1.0)
+        angle = math.asin(min(1.0, math.sqrt(solid_angle(lamp, point) / math.pi)))
     return math.cos(min(math.acos(cosine) + angle / 2, math.pi / 2))
 
 

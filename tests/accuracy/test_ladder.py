@@ -242,7 +242,7 @@ def test_long_runs_are_made_as_often_as_asked_for():
 
         return Rung(name, "", lambda: run, lambda: Spread(0, 0, 0), memory=lambda _: 0.0)
 
-    rungs = [taking("short", 0.02), taking("long", 0.5)]
+    rungs = [taking("short", 0.02), taking("long", 0.6)]
     found, seen = finished(measure(Ladder("m", "M", "u", "r", "t", rungs, clock=lambda: now, least_s=0.02), runs=3))
     assert calls == {"short": 1 + 3 * ladder.TURNS, "long": 1 + 3}
     assert seen[-1][0] < seen[-1][1], "progress never passes its end"

@@ -240,3 +240,35 @@ class Shown:
 def switches(head) -> dict[str, str]:
     """The labels of the switches on the panel, by the keys of their effects."""
     return {menu.key: text for menu, text in Shown(head).menus}
+
+
+@pytest.mark.parametrize(
+    ("place", "size"), [((9.0, 0.0, 0.0), 0.001), ((0.3, 0.1, 0.05), 0.001), ((0.5, 0.0, 0.1), 0.2)]
+)
+def test_where_a_lamp_is_mirrored_is_found_on_the_head(place, size):
+    """Against normals all over a ball; of a wide lamp its far edge counts as well, where the ball shows it."""
+    from mathutils import Vector
+
+    from km_makeup.blender import facts
+
+    radius, eye = 0.1, Vector((0, -3, 0.2))
+    lamp = bpy.data.objects.new("Near", bpy.data.lights.new("Near", "POINT"))
+    lamp.location, lamp.data.shadow_soft_size = place, size
+    bpy.context.scene.collection.objects.link(lamp)
+    bpy.context.view_layer.update()
+    found = facts._mirrored(lamp, Vector(), radius, eye)
+    normals = np.random.default_rng(1).standard_normal((400_000, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    points = radius * normals
+    view = np.array(eye) - points
+    view /= np.linalg.norm(view, axis=1, keepdims=True)
+    away = np.array(place) - points
+    distance = np.linalg.norm(away, axis=1, keepdims=True)
+    half = view + away / distance
+    half /= np.linalg.norm(half, axis=1, keepdims=True)
+    at = int(np.argmax((half * normals).sum(axis=1)))
+    wide = np.arctan(size / distance[at, 0])
+    expected = np.cos(np.arccos((half * view).sum(axis=1)[at]) + wide / 2)
+    assert found == pytest.approx(expected, abs=0.01)
+    seen_from_the_middle = Vector(place).normalized().dot(eye.normalized())
+    assert found < np.sqrt((1 + seen_from_the_middle) / 2) - (0.02 if place[0] < 1 else -0.02)
