@@ -205,22 +205,37 @@ def test_the_panel_shows_every_effect_with_its_reason_in_lines_that_fit():
     assert max(map(len, shown.texts)) <= CHARACTERS
 
 
-class Shown:
-    """Stands for the layout that the panel Plan is drawn into: keeps texts, and the label of each switch by its effect."""
+def test_beside_a_time_budget_stands_where_costs_come_from():
+    from km_makeup.blender.ui.base import CHARACTERS
+    from km_makeup.blender.ui.effects.panel import KM_PT_effects
 
-    def __init__(self, head) -> None:
+    head, _ = two_heads()
+    assert "assumed" not in " ".join(Shown(head, KM_PT_effects).texts)
+    head.km_makeup.use_budget = True
+    shown = Shown(head, KM_PT_effects).texts
+    assert "assumed to take 30 ms a megapixel and sample" in " ".join(shown).replace("\u00a0", " ")
+    assert max(map(len, shown)) <= CHARACTERS
+
+
+class Shown:
+    """Stands for the layout that a panel (Plan) is drawn into: keeps texts, and the label of each switch by its effect."""
+
+    def __init__(self, head, panel=None) -> None:
         from km_makeup.blender.ui.effects.panel import KM_PT_plan
 
         self.texts, self.menus = [], []
-        KM_PT_plan.draw(SimpleNamespace(layout=self), SimpleNamespace(object=head))
+        (panel or KM_PT_plan).draw(SimpleNamespace(layout=self), SimpleNamespace(object=head))
+
+    def prop(self, data, name: str, **_: object) -> None:
+        assert hasattr(data, name)
 
     def label(self, text: str, icon: str = "NONE") -> None:
         self.texts.append(text)
 
-    def column(self, align: bool = False):
+    def column(self, heading: str = "", align: bool = False):
         return self
 
-    def row(self):
+    def row(self, align: bool = False):
         return self
 
     def split(self, factor: float):
@@ -229,7 +244,7 @@ class Shown:
     def panel(self, idname: str, default_closed: bool):
         return self, self
 
-    def operator(self, idname: str, icon: str) -> None:
+    def operator(self, idname: str, text: str = "", icon: str = "NONE") -> None:
         pass
 
     def operator_menu_enum(self, idname: str, prop: str, text: str):
