@@ -205,10 +205,12 @@ def test_the_panel_shows_every_effect_with_its_reason_in_lines_that_fit():
     assert max(map(len, shown.texts)) <= CHARACTERS
 
 
-def test_beside_a_time_budget_stands_where_costs_come_from():
+def test_beside_a_time_budget_stands_where_costs_come_from(monkeypatch):
+    from km_makeup.blender import calibration
     from km_makeup.blender.ui.base import CHARACTERS
     from km_makeup.blender.ui.effects.panel import KM_PT_effects
 
+    monkeypatch.setattr(calibration, "calibration_file", lambda: None)
     head, _ = two_heads()
     assert "assumed" not in " ".join(Shown(head, KM_PT_effects).texts)
     head.km_makeup.use_budget = True
