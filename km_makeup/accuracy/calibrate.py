@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..effects import Calibration
 from .ladder import Measured, Result, of_the_fastest
@@ -91,10 +91,14 @@ def calibration(results: Sequence[Result], machine: str, date: str) -> Calibrati
 
 
 def over(found: Calibration, before: Calibration) -> Calibration:
-    """Costs that were measured, and those from before for kinds that are lost in noise or that this scene does not have.
+    """Costs that were measured, and those measured before of kinds that are lost in noise now or that this scene does not have.
 
-    Those from another machine are taken in proportion to the bare head's frame.
+    Those from another machine are taken in proportion to the bare head's frame. Costs that are but the shipped ones in
+    proportion are left out: reading puts them in, in proportion to the frame that is known by then.
     """
+    supposed = Calibration.shipped().scaled(before.frame_ms)
+    own = {engine: _but(costs, supposed.shading_ms.get(engine, {})) for engine, costs in before.shading_ms.items()}
+    before = replace(before, shading_ms=own, compositor_ms=_but(before.compositor_ms, supposed.compositor_ms))
     if before.machine != found.machine:
         before = before.scaled(found.frame_ms)
     engines = {
@@ -106,8 +110,13 @@ def over(found: Calibration, before: Calibration) -> Calibration:
         {**before.compositor_ms, **found.compositor_ms},
         found.machine,
         found.measured,
-        {**before.frame_ms, **found.frame_ms},
+        {**(before.frame_ms if before.machine else {}), **found.frame_ms},  # no machine: a frame that is assumed
     )
+
+
+def _but(costs: Mapping[str, float], supposed: Mapping[str, float]) -> dict[str, float]:
+    """Costs other than those supposed."""
+    return {kind: ms for kind, ms in costs.items() if not math.isclose(ms, supposed.get(kind, -1.0), rel_tol=1e-9)}
 
 
 Sought = dict[str, tuple[Difference | None, float]]
@@ -204,7 +213,7 @@ def _ms(one: Difference, unit: float, count: float) -> float:
 
 
 def _lost(found: Sought, unit: float, known: Mapping[str, float], holds: Mapping[str, float]) -> dict[str, float]:
-    """Costs that the noise hides: as they were found where that is above its error, else by their nodes, each as dear as a film's."""
+    """Costs that the noise hides: as they were found where that is above its error, else by their nodes, each as costly as a film's."""
     lost = {}
     for kind, (one, count) in found.items():
         if one is None or not count or kind in known:

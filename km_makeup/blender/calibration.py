@@ -43,12 +43,12 @@ def calibration_here() -> Calibration:
 
 
 def whose_costs() -> str:
-    """Where the costs come from that plans go by, in a sentence."""
-    path, known = calibration_file(), calibration_here()
+    """Where the costs come from that plans go by, in a sentence; what is wrong with them where they cannot be read."""
+    try:
+        path, known = calibration_file(), calibration_here()
+    except MakeupError as error:
+        return str(error)
+    frame = f"{known.frame_ms.get('EEVEE', 0.0):.3g} ms a megapixel and sample in EEVEE"
     if path is not None and path.is_file():
-        return f"Costs are this machine's, measured on {known.measured}."
-    frame = known.frame_ms.get("EEVEE", 0.0)
-    return (
-        f"Costs are in proportion to a bare frame, assumed to take {frame:.3g} ms a megapixel and sample in EEVEE; "
-        "Measure on This Scene finds out."
-    )
+        return f"Costs go by this machine's bare frame, measured on {known.measured}: {frame}."
+    return f"Costs are in proportion to a bare frame, assumed to take {frame}; Measure on This Scene finds out."

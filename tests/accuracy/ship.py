@@ -115,11 +115,11 @@ COMPOSITED = {
 
 
 def cost_table(known: Calibration) -> str:
-    """What effects cost, in hundredths of the bare head's frame, as Markdown; what the noise hides in brackets."""
+    """What effects cost, in per cent of the bare head's frame, as Markdown; what the noise hides in brackets."""
     lines = [
         f"Measured on {known.measured}: {known.machine}, no graphics card. A frame of the head without makeup takes "
         + ", ".join(f"{ms:.0f} ms a megapixel and sample in {name.title() if name == 'CYCLES' else name}" for name, ms in known.frame_ms.items())
-        + "; hundredths of it, in brackets what is supposed where the noise hides it (what was found above its error, or an effect's nodes as dear as a film's):",
+        + "; per cent of it, in brackets an estimate where the noise hides it (what was found, if above its error, else by the effect's nodes, each as costly as a film's):",
         "",
         "| | EEVEE | Cycles |",
         "| --- | ---: | ---: |",

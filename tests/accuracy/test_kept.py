@@ -121,6 +121,10 @@ def test_costs_of_another_machine_are_taken_in_proportion_to_the_bare_frame():
     assert found.compositor_ms == {"group": pytest.approx(64)} and found.frame_ms == pytest.approx(measured.frame_ms)
     again = calibrate.over(measured, replace(theirs, machine="new"))
     assert again.shading_ms == theirs.shading_ms, "costs of this machine stay as they were measured"
+    quick = calibrate.over(measured, Calibration.shipped())
+    assert not any(quick.shading_ms.values()) and not quick.compositor_ms, (
+        "what is only in proportion is not kept as measured"
+    )
     slow = theirs.scaled({"EEVEE": 20})
     assert (slow.shading_ms["CYCLES"], slow.frame_ms) == ({"lobe": 3.0}, {"EEVEE": 20, "CYCLES": 5})
 

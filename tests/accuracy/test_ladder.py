@@ -88,6 +88,7 @@ def test_csv_json_and_table_hold_every_rung(result):
     assert float(rows[2]["error_p99"]) == 0.4 and float(rows[0]["ratio"]) == 1
     content = json.loads(report.as_json([result], report.machine()))
     assert content["rungs"][1]["error_mean"] == 0.6 and content["ladders"]["small"]["unit"] == "CIEDE2000"
+    assert [len(r["runs_s"]) for r in content["rungs"]] == [5, 5, 5, 5]
     assert {"date", "processor", "cores", "numpy"} <= content["made"].keys()
     text = report.table(result)
     assert "* middle" in text and "  slow" in text and "against the truth" in text
@@ -125,6 +126,16 @@ def test_the_command_writes_three_files_and_prints_json(tmp_path, monkeypatch, c
         "small.svg",
     }
     assert len(json.loads(capsys.readouterr().out)["rungs"]) == 4
+
+
+def test_only_rungs_that_are_asked_for_are_measured(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(commands, "ladders", lambda: {"small": small})
+    ask = ["accuracy", "--quick", "--json", "--out", str(tmp_path), "--rung"]
+    assert cli.main([*ask, "ddl", "--rung", "fine"]) == 0
+    assert [r["rung"] for r in json.loads(capsys.readouterr().out)["rungs"]] == ["middle", "fine"]
+    (tmp_path / "accuracy.json").unlink()
+    assert cli.main([*ask, "rope"]) == 2
+    assert "No rung's name holds 'rope'" in capsys.readouterr().err and not (tmp_path / "accuracy.json").exists()
 
 
 def test_a_ladder_that_does_not_exist_is_bad_input(capsys):

@@ -310,6 +310,7 @@ def test_plans_weigh_the_costs_that_a_variable_names(made_up, tmp_path, monkeypa
     monkeypatch.setenv(calibration.VARIABLE, str(file))
     with pytest.raises(MakeupError, match="which is not there"):
         calibration.calibration_here()
+    assert "which is not there" in calibration.whose_costs(), "a panel says it, and does not fail"
     Calibration({"EEVEE": {"film": 9.0}}, {}, "a machine", "2026-01-31", {"EEVEE": 60.0}).write(file)
     found, shipped = calibration.calibration_here(), Calibration.shipped()
     assert found.shading_ms["EEVEE"]["film"] == 9.0
