@@ -24,11 +24,15 @@ class HeadJob:
 
 @dataclass(frozen=True)
 class EffectsJob:
-    """What may be left out: the tolerance in CIEDE2000, or nothing; a time budget in ms a frame. None: as the file has it."""
+    """What may be left out: the tolerance in CIEDE2000, or nothing; a time budget in ms a frame. None: as the file has it.
+
+    ``gaussians``: the compositor diffuses the skin's light by at most so many; 0: as the file has it.
+    """
 
     tolerance: float | None = None
     everything: bool = False
     budget_ms: float | None = None
+    gaussians: int = 0
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from ..files import ensure_folder, replacing
 from ..jobs import BakeJob, EffectsJob, ExportJob, HeadJob, PlanJob, RenderJob, RenderResult
 from ..makeup import Look
 from ..makeup.book import Book
-from . import baking, exporting, lookbook, looks, makeup, register, rendering, studio, views
+from . import baking, compositor, exporting, lookbook, looks, makeup, register, rendering, studio
 from .doctor import Finding, examine, examine_scene
 from .facts import engine_of
 from .library import library
@@ -54,11 +54,13 @@ def run_render(job: RenderJob) -> RenderResult:
     if job.save:
         ensure_folder(job.save.parent)
     obj = _prepare(job.head, job.bare)
+    if job.bare and job.effects and job.effects.gaussians:
+        makeup.set_up(obj)  # bare skin diffused: materials with the passes, no films
     cameras, failed = _cameras(obj, list(job.targets))
     scene = bpy.context.scene
     rendering.set_frame(scene, Engine[job.engine.upper()], job.size, job.samples)
     scene.camera = next(iter(cameras.values()))
-    with views.shots(list(cameras.values())):
+    with compositor.shots(list(cameras.values())):
         _colour(obj, job)
     pictures, differences = [], {}
     for view, camera in cameras.items():
@@ -218,7 +220,7 @@ def _colour(obj: bpy.types.Object, job: RenderJob) -> None:
     if not job.save:  # nobody opens it in the other engine
         with paused():
             obj.km_makeup.both_engines = False
-    if job.colour == "live":
+    if job.colour == "live" or job.bare:
         with paused():
             obj.km_makeup.path = "LIVE"
         makeup.refresh(obj)
@@ -236,6 +238,12 @@ def _ask_effects(obj: bpy.types.Object, effects: EffectsJob | None) -> None:
             obj.km_makeup.tolerance = effects.tolerance
         if effects.budget_ms is not None:
             obj.km_makeup.use_budget, obj.km_makeup.budget_ms = True, effects.budget_ms
+        if effects.gaussians:
+            problem = compositor.refusal(bpy.context.scene)
+            if problem:
+                raise MakeupError(problem)
+            compositor.ask(bpy.context.scene, compositor.Profile.OWN, (), effects.gaussians, True)
+            obj.km_makeup.scattering = "SCREEN"
         obj.km_makeup.everything = effects.everything
 
 
@@ -245,7 +253,6 @@ def run_plan(job: PlanJob) -> Plan:
     obj = _prepare(job.head, bare=False)
     scene = bpy.context.scene
     settings = scene.render
-    _ask_effects(obj, job.effects)
     engine = Engine[job.engine.upper()] if job.engine else engine_of(scene)
     percent = settings.resolution_percentage / 100
     size = job.size or (int(settings.resolution_x * percent), int(settings.resolution_y * percent))
@@ -259,7 +266,10 @@ def run_plan(job: PlanJob) -> Plan:
     baked = None if job.colour is None else job.colour != "live"
     cameras = [studio.camera_for(obj, view) for view in job.views]
     bpy.context.view_layer.update()
-    with views.shots(cameras):
+    if cameras:
+        scene.camera = cameras[0]
+    with compositor.shots(cameras):
+        _ask_effects(obj, job.effects)
         return makeup.plan_of(obj, scene, baked=baked)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Iterator
 
 import bpy
@@ -11,30 +10,16 @@ from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector
 
 from ..effects import ViewFacts
-from .compositor.scale import cameras_of, pixels_per_mm
+from .compositor.scale import pictured, pixels_per_mm
 from .lamps import curves_of
 
 FRAMES = 25
 """So many frames of an animation are looked at, evenly spread."""
 
 
-_shots: list[bpy.types.Object] = []
-
-
-@contextlib.contextmanager
-def shots(cameras: list[bpy.types.Object]) -> Iterator[None]:
-    """Plans inside the block are for pictures from all these cameras, whichever is the scene's."""
-    _shots[:] = cameras
-    try:
-        yield
-    finally:
-        _shots.clear()
-
-
 def cameras_in(scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    """The cameras that plans are for: those of `shots`, else the scene's and those of its markers."""
-    found = _shots or cameras_of(scene)
-    return [camera for camera in found if camera is not None and camera.type == "CAMERA"]
+    """The cameras that plans are for, without what is no camera."""
+    return [camera for camera in pictured(scene) if camera is not None and camera.type == "CAMERA"]
 
 
 def view_of(obj: bpy.types.Object, scene: bpy.types.Scene) -> ViewFacts:

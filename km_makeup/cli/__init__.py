@@ -115,6 +115,7 @@ def _render_parser(sub: argparse.ArgumentParser) -> None:
         "--view", default="front", help="front, three-quarter, close-up or a camera's name; several with commas"
     )
     sub.add_argument("--bare", action="store_true", help="render without makeup")
+    plan.add_diffusion_argument(sub)
     sub.add_argument(
         "--reference", nargs="?", type=int, const=256, default=0, metavar="SAMPLES",
         help="also path trace each view in Cycles (default: 256 samples) and write the difference beside it",
@@ -211,6 +212,8 @@ def _render(options: argparse.Namespace) -> int:
         raise MakeupError(f"--save {options.save}: scenes are saved as .blend; choose this suffix.")
     if options.reference and options.engine == "cycles":
         raise MakeupError("--reference compares with Cycles; use it with --engine eevee.")
+    if options.diffuse and options.engine == "cycles":
+        raise MakeupError("--diffuse is EEVEE's; Cycles scatters light in the skin itself: leave one of them out.")
     head = head_of(options)
     _not_over_an_input(out, head)
     job = RenderJob(

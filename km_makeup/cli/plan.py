@@ -16,12 +16,20 @@ def add_effects_arguments(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--everything", action="store_true", help="build every effect, without asking the plan")
 
 
+def add_diffusion_argument(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument(
+        "--diffuse", nargs="?", type=int, const=6, default=0, metavar="GAUSSIANS",
+        help="EEVEE: the compositor diffuses the skin's light, by at most 1 to 6 Gaussians (default: 6), instead of EEVEE",
+    )  # fmt: skip
+
+
 def add_arguments(sub: argparse.ArgumentParser) -> None:
     add_head_arguments(sub)
     add_effects_arguments(sub)
     sub.add_argument(
         "--budget", type=float, metavar="MS", help="milliseconds a frame: raise the tolerance until it is kept"
     )
+    add_diffusion_argument(sub)
     sub.add_argument("--engine", choices=["eevee", "cycles"], help="render engine (default: the file's)")
     sub.add_argument("--colour", choices=["live", "baked", "finished"], help="as for render (default: the file's)")
     sub.add_argument("--size", help="width x height in pixels (default: the file's)")
@@ -35,7 +43,8 @@ def effects_of(options: argparse.Namespace, budget: float | None = None) -> Effe
     for value, name in ((options.tolerance, "--tolerance"), (budget, "--budget")):
         if value is not None and not 0 <= value < 1e6:
             raise MakeupError(f"{name} is {value}; it must be 0 or more.")
-    return EffectsJob(options.tolerance, options.everything, budget)
+    gaussians = between(getattr(options, "diffuse", 0), "--diffuse", 0, 6)
+    return EffectsJob(options.tolerance, options.everything, budget, gaussians)
 
 
 def run(options: argparse.Namespace) -> int:

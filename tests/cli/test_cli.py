@@ -102,6 +102,25 @@ def test_makeup_is_in_the_picture_and_bare_leaves_it_out(run, tmp_path):
     assert redder.sum() > 20
 
 
+def test_the_compositor_diffuses_each_of_several_views_as_if_it_were_alone(run, tmp_path):
+    from km_makeup.bake import read_image
+
+    head = ["render", "FILES/head.blend", "--size", "64x80", "--samples", "4", "--everything", *LAYER]
+    views = ["front", "close-up"]
+    assert run(*head, "--diffuse", "--view", ",".join(views), "--out", "all", "--save", "all.blend")[0] == 0
+    assert run(*head, "--diffuse", "3", "--view", "close-up", "--bare", "--out", "bare.png")[0] == 0
+    for view in views:
+        assert run(*head, "--diffuse", "--view", view, "--out", f"{view}.png")[0] == 0
+        assert run(*head, "--view", view, "--out", f"{view} without.png")[0] == 0
+        names = (f"all/{view}", view, f"{view} without")
+        together, alone, without = (read_image(tmp_path / f"{n}.png")[0].astype(int) for n in names)
+        assert np.abs(alone - without).mean() > 0.1 and np.abs(together - alone).max() <= 1
+    import bpy
+
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "all.blend"))
+    assert any(node.label == "KM Diffusion" for node in bpy.context.scene.compositing_node_group.nodes)
+
+
 def test_what_was_found_out_is_said_in_lines(run):
     code, _, err = run(*RENDER[:-2], *LAYER, "--out", "a.png")
     text = "\n".join(err)
@@ -198,6 +217,8 @@ BAD = {
         ["render", "FILES/head.obj", "--engine", "cycles", "--reference", "8"],
         "use it with --engine eevee",
     ),
+    "diffusion in Cycles": (["render", "FILES/head.obj", "--engine", "cycles", "--diffuse"], "leave one of them out"),
+    "too many Gaussians": (["render", "FILES/head.obj", "--engine", "eevee", "--diffuse", "7"], "between 0 and 6"),
     "another format": (["render", "FILES/head.fbx"], "export the head as one of these"),
     "a broken blend": (["render", "FILES/broken.blend"], "is it a Blender file"),
     "no mesh": (["render", "FILES/empty.obj"], "holds no mesh"),

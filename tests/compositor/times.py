@@ -1,10 +1,10 @@
 """How long the diffusion takes in the compositor, and how much memory: Gaussians, depth-awareness, size, device.
 
-    python -m tests.compositor.times [--sizes 720p,1080p,4K] [--devices CPU,GPU] [--write]
+    python -m tests.compositor.times [--sizes 720p,1080p,4K] [--devices CPU,GPU] [--counts 1,2,3,4,5,6] [--write]
 
 Frames are synthetic (a head-sized ball before a wall, 5 px/mm at 1080p), so that only the compositor is timed: the time
-of a frame through the group less that of the same frame passed on. Shader to RGB is not used by the hand-over, so it
-costs nothing; what the three passes and two AOVs cost is in the difference between renders (`tests.compositor.heads`).
+of a frame through the group less that of the same frame passed on. What passes and AOVs cost, and Shader to RGB, which is
+not used, is in whole frames (`tests.compositor.frames`).
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def main() -> int:
     parser.add_argument("--sizes", default="720p,1080p,4K", help="sizes, with commas (default: all three)")
     parser.add_argument("--devices", default="CPU,GPU", help="compositor devices, with commas")
     parser.add_argument("--counts", default="1,2,3,4,5,6", help="numbers of Gaussians, with commas")
-    parser.add_argument("--write", action="store_true", help="write tests/results/diffusion_times.md")
+    parser.add_argument("--write", action="store_true", help="write tests/results/diffusion_times_DEVICE.md")
     parser.add_argument("--case", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.case:
@@ -40,38 +40,37 @@ def main() -> int:
     if unknown:
         print(f"{unknown[0]!r} is no size; use {', '.join(SIZES)}.", file=sys.stderr)
         return 2
-    text = table(options.sizes.split(","), options.devices.split(","), [int(n) for n in options.counts.split(",")])
-    print(text)
-    if options.write:
-        from tests import stamps
+    for device in options.devices.split(","):
+        text = table(options.sizes.split(","), device, [int(n) for n in options.counts.split(",")])
+        print(text)
+        if options.write:
+            from tests import stamps
 
-        stamps.write_markdown(
-            "diffusion_times.md", "Diffusion: time and memory", "python -m tests.compositor.times --write", COVERS, text
-        )
+            command = f"python -m tests.compositor.times --sizes {options.sizes} --devices {device} --counts {options.counts} --write"
+            name = f"diffusion_times_{device.lower()}.md"
+            stamps.write_markdown(name, f"Diffusion: time and memory, {device}", command, COVERS, text)
     return 0
 
 
-def table(sizes: list[str], devices: list[str], counts: list[int]) -> str:
-    """A Markdown table, a row per size, device and depth-awareness."""
+def table(sizes: list[str], device: str, counts: list[int]) -> str:
+    """A Markdown table, a row per size and depth-awareness."""
     heads = "".join(f" {n} |" for n in counts)
     lines = [
         f"Seconds added to a frame by so many Gaussians, the least of {RUNS} runs; {os.cpu_count()} CPU cores, the GPU is "
-        "whatever OpenGL offers (Mesa's software renderer where there is none). MB: peak beyond the same frame passed on.",
+        "whatever OpenGL offers (Mesa's software renderer where there is none). MB: peak beyond the same frame passed on. "
+        "Gaussians that lie far apart get levels of no weight between them, so fewer of them do not always take less.",
         "",
         f"| size | device | steps in depth |{heads} MB at {counts[-1]} |",
         "| --- | --- | --- |" + " --- |" * (len(counts) + 1),
     ]
     for size in sizes:
-        for device in devices:
-            empty = in_process(size, device, 0, True)
-            for aware in (True, False):
-                found = [in_process(size, device, n, aware) for n in counts]
-                cells = "".join(
-                    f" {one['seconds'] - empty['seconds']:.2f} |" if one and empty else " – |" for one in found
-                )
-                memory = f"{found[-1]['mb'] - empty['mb']:.0f}" if found[-1] and empty else "–"
-                lines.append(f"| {size} | {device} | {'stop light' if aware else 'ignored'} |{cells} {memory} |")
-                print(lines[-1], file=sys.stderr, flush=True)
+        empty = in_process(size, device, 0, True)
+        for aware in (True, False):
+            found = [in_process(size, device, n, aware) for n in counts]
+            cells = "".join(f" {one['seconds'] - empty['seconds']:.2f} |" if one and empty else " – |" for one in found)
+            memory = f"{found[-1]['mb'] - empty['mb']:.0f}" if found[-1] and empty else "–"
+            lines.append(f"| {size} | {device} | {'stop light' if aware else 'ignored'} |{cells} {memory} |")
+            print(lines[-1], file=sys.stderr, flush=True)
     return "\n".join(lines) + "\n"
 
 

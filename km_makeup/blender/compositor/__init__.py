@@ -4,7 +4,7 @@ from .diffusion import diffusion_group
 from .following import ask, follow, forget, planned_profile, stops_at_steps
 from .placing import find, insert, remove
 from .profiles import Profile, chosen_profile, profile_of
-from .scale import heads_of, refusal
+from .scale import heads_of, refusal, shots
 
 __all__ = [
     "Profile",
@@ -20,5 +20,6 @@ __all__ = [
     "profile_of",
     "refusal",
     "remove",
+    "shots",
     "stops_at_steps",
 ]

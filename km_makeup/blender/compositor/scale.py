@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
+
 import bpy
 from mathutils import Vector
 
@@ -15,7 +18,7 @@ def refusal(scene: bpy.types.Scene) -> str | None:
     """Why this scene's pictures cannot be diffused, and what to do; None where they can."""
     if scene.camera is None:
         return f"The scene {scene.name!r} has no camera; the width of the diffusion depends on it: add one."
-    for camera in cameras_of(scene):
+    for camera in pictured(scene):
         if camera.data.type not in ("PERSP", "ORTHO"):
             return (
                 f"The camera {camera.name!r} is panoramic; the diffusion knows perspective and orthographic cameras: "
@@ -53,6 +56,24 @@ def _lens(camera: bpy.types.Object) -> tuple[object, ...]:
     return (*common, data.ortho_scale if data.type == "ORTHO" else data.lens)
 
 
+_shots: list[bpy.types.Object] = []
+
+
+@contextlib.contextmanager
+def shots(cameras: list[bpy.types.Object]) -> Iterator[None]:
+    """Plans and blurs inside the block are for pictures from all these cameras, whichever is the scene's."""
+    _shots[:] = cameras
+    try:
+        yield
+    finally:
+        _shots.clear()
+
+
+def pictured(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """The cameras that pictures are for: those of `shots`, else the scene's and those of its markers."""
+    return _shots or cameras_of(scene)
+
+
 def cameras_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     """The scene's camera and those that markers switch to, each once."""
     found = [scene.camera] + [marker.camera for marker in scene.timeline_markers if marker.camera]
@@ -67,7 +88,7 @@ def heads_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
 def finest_scale(scene: bpy.types.Scene) -> float:
     """Pixels per mm on the skin nearest to any of the cameras, rounded up as the blurs are made for."""
     heads = heads_of(scene)
-    scales = [pixels_per_mm(scene, camera, head) for camera in cameras_of(scene) for head in heads]
+    scales = [pixels_per_mm(scene, camera, head) for camera in pictured(scene) for head in heads]
     highest = max(scales, default=UNKNOWN)
     return blurred_for(highest)
 
