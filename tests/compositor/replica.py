@@ -197,9 +197,9 @@ def spread(
     def off(d: Array) -> Array:
         return drift * d, turned * (d / np.maximum(spacing, 1e-6)) ** 2
 
-    def tap(d: Array, side: int, source: Array) -> Array:
+    def tap(d: Array, side: int, source: Array, most: Array | float = np.inf) -> Array:
         straight, bent = off(d)
-        other = straight * side + bent
+        other = np.clip(straight * side + bent, -most, most)
         return displaced(source, *((side * d, other) if axis == 1 else (other, side * d)))
 
     if bend is not None:
@@ -217,12 +217,12 @@ def spread(
             second = first + 2 * spacing * length / np.maximum((3 * there - length).clip(there), 1e-12)
         for d, weight in ((first, TAPS[1]), (second, TAPS[2])):
             fade: Array | float = 1.0
+            most: Array | float = np.inf
             if free is not None:
                 fade = np.clip((free[number] + 0.5 - d) / (SOFT * spacing + 0.5), 0, 1)[..., None]
-            if across is not None:
-                aside = sum(np.abs(one) for one in off(d))
-                fade = fade * np.clip((across + 1 - aside) * 2, 0, 1)[..., None]
-            total = total + tap(d, side, image) * fade * weight
+                if across is not None:
+                    most = np.maximum((across + 1) * (1 - d / (free[number] + 1)) - 1, 0)
+            total = total + tap(d, side, image, most) * fade * weight
     return total
 
 

@@ -199,9 +199,11 @@ def spread_group(curved: bool, aware: bool, horizontal: bool) -> bpy.types.NodeT
             share = distance / spacing.maximum(1e-6)
             return straight, share * share * turned if turned is not None else 0.0
 
-        def tap(distance: Scalar, side: float, source: Colour | Scalar) -> Colour:
+        def tap(distance: Scalar, side: float, source: Colour | Scalar, most: Scalar | None = None) -> Colour:
             away, (straight, bent) = distance * side, off(distance)
             across = straight * side + bent
+            if most is not None and isinstance(across, Scalar):
+                across = across.maximum(most * -1.0).minimum(most)
             return displaced(tree, source, *((away, across) if horizontal else (across, away)))
 
         if curved:
@@ -215,14 +217,13 @@ def spread_group(curved: bool, aware: bool, horizontal: bool) -> bpy.types.NodeT
                 first = spacing * 2.0 * length / (length + there).maximum(1e-12)
                 second = first + spacing * 2.0 * length / (there * 3.0 - length).maximum(there).maximum(1e-12)
             for distance, part in ((first, TAPS[1]), (second, TAPS[2])):
-                seen = tap(distance, side, image)
                 share: Scalar | float = part
+                most: Scalar | None = None
                 if clear is not None and aside is not None:
-                    width = spacing * SOFT + 0.5
-                    share = ((clear + 0.5 - distance) / width).clamped() * part
-                    sideways = [one.absolute() for one in off(distance) if isinstance(one, Scalar)]
-                    if sideways:
-                        share = share * ((aside + 1.0 - sum(sideways[1:], sideways[0])) * 2.0).clamped()
+                    share = ((clear + 0.5 - distance) / (spacing * SOFT + 0.5)).clamped() * part
+                    # not over the straight line through the steps along and across the axis
+                    most = ((aside + 1.0) * (1.0 - distance / (clear + 1.0)) - 1.0).maximum(0.0)
+                seen = tap(distance, side, image, most)
                 total, weight = seen.times_plus(share, total), tree.alpha(seen) * share + weight
         tree.output("Image", tree.with_alpha(total, weight), "Sum over the taps, the sum of weights in alpha")
 
