@@ -221,7 +221,7 @@ def spread(
             if free is not None:
                 fade = np.clip((free[number] + 0.5 - d) / (SOFT * spacing + 0.5), 0, 1)[..., None]
                 if across is not None:
-                    most = np.maximum((across + 1) * (1 - d / (free[number] + 1)) - 1, 0)
+                    most = np.maximum(np.minimum(free[number], across) - d, 0)
             total = total + tap(d, side, image, most) * fade * weight
     return total
 

@@ -221,8 +221,7 @@ def spread_group(curved: bool, aware: bool, horizontal: bool) -> bpy.types.NodeT
                 most: Scalar | None = None
                 if clear is not None and aside is not None:
                     share = ((clear + 0.5 - distance) / (spacing * SOFT + 0.5)).clamped() * part
-                    # not over the straight line through the steps along and across the axis
-                    most = ((aside + 1.0) * (1.0 - distance / (clear + 1.0)) - 1.0).maximum(0.0)
+                    most = (clear.minimum(aside) - distance).maximum(0.0)  # a step may slant across the tap's way
                 seen = tap(distance, side, image, most)
                 total, weight = seen.times_plus(share, total), tree.alpha(seen) * share + weight
         tree.output("Image", tree.with_alpha(total, weight), "Sum over the taps, the sum of weights in alpha")
