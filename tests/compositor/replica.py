@@ -150,14 +150,16 @@ def walls(
     depth: Array, inside: Array, slope: Array, footprint: Array, mm: float, x: int, y: int
 ) -> tuple[Array, Array]:
     """1 at pixels with a step in depth between them and the skin before them (across small holes); 1 with none before."""
-    held = np.stack([depth * inside, slope * inside, 0 * inside, inside], axis=-1)
+    held = np.stack([depth * inside, slope * inside * moved(inside, x, y), 0 * inside, inside], axis=-1)
     for j in range(HOLE_STEPS):
         before = moved(held, x << j, y << j)
         before[..., 2] += 1 << j
         held = held + before * (before[..., 3] * (1 - held[..., 3]))[..., None]
     before = moved(held, x, y)
     count = before[..., 2] + 1
-    allowed = (np.maximum(slope, before[..., 1]) * STEP_SLOPES + STEP_PX * footprint) * count + STEP_MM * mm
+    allowed = (
+        np.maximum(slope * moved(inside, -x, -y), before[..., 1]) * STEP_SLOPES + STEP_PX * footprint
+    ) * count + STEP_MM * mm
     step = np.abs(depth - before[..., 0]) > allowed
     known = inside * (before[..., 3] > 0.5)
     return known * step, inside - known

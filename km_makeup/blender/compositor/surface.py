@@ -135,8 +135,12 @@ def _walls(
     x: int,
     y: int,
 ) -> tuple[Scalar, Scalar]:
-    """1 where a step stands between a pixel of skin and the last skin before it; 1 where there was none for long."""
-    held = tree.with_alpha(tree.combine(depth * inside, slope * inside, 0.0), inside)
+    """1 where a step stands between a pixel of skin and the last skin before it; 1 where there was none for long.
+
+    A pixel without skin beyond it has no slope but that across the very step, and is judged by the other's.
+    """
+    beyond = moved_scalar(tree, inside, -x, -y)
+    held = tree.with_alpha(tree.combine(depth * inside, slope * inside * moved_scalar(tree, inside, x, y), 0.0), inside)
     for j in range(HOLE_STEPS):
         before = moved(tree, held, x << j, y << j)
         known = tree.alpha(held)
@@ -145,7 +149,9 @@ def _walls(
         held = tree.with_alpha(stepped, known + taken)
     before = moved(tree, held, x, y)
     last, its_slope, between = before.channels()
-    allowed = (slope.maximum(its_slope) * STEP_SLOPES + footprint * STEP_PX) * (between + 1.0) + millimetre * STEP_MM
+    allowed = ((slope * beyond).maximum(its_slope) * STEP_SLOPES + footprint * STEP_PX) * (
+        between + 1.0
+    ) + millimetre * STEP_MM
     step = tree.less(allowed, (depth - last).absolute())
     known = inside * tree.alpha(before)
     return known * step, inside - known
