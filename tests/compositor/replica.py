@@ -21,6 +21,7 @@ from km_makeup.blender.compositor.levels import (
     NARROWEST,
     PIXEL_PX2,
     SOFT,
+    STEEPEST,
     STEP_MM,
     STEP_PX,
     STEP_SLOPES,
@@ -232,9 +233,16 @@ def steps_of(frame: Frame, lens: Lens) -> tuple[Array, Array]:
     """1 at pixels with a step in depth between them and the skin before them, along x and along y."""
     inside = (frame.mask > INSIDE).astype(float)
     place, footprint = position(frame.depth, lens), footprint_of(frame.depth, lens)
-    slopes = [np.abs(one_sided(place, inside, *axis)[1][..., 2]) for axis in ((1, 0), (0, 1))]
-    across = walls(frame.depth, inside, slopes[0], footprint, lens.mm, 1, 0)[0]
-    return across, walls(frame.depth, inside, slopes[1], footprint * lens.aspect, lens.mm, 0, 1)[0]
+    tall = footprint * lens.aspect
+    slope_x = slope_of(one_sided(place, inside, 1, 0)[1], footprint)
+    slope_y = slope_of(one_sided(place, inside, 0, 1)[1], tall)
+    across = walls(frame.depth, inside, slope_x, footprint, lens.mm, 1, 0)[0]
+    return across, walls(frame.depth, inside, slope_y, tall, lens.mm, 0, 1)[0]
+
+
+def slope_of(step: Array, footprint: Array) -> Array:
+    """Change of depth from pixel to pixel, where it may be a surface's."""
+    return np.minimum(np.abs(step[..., 2]), STEEPEST * footprint)
 
 
 def diffuse(
@@ -248,7 +256,7 @@ def diffuse(
     place, footprint = position(frame.depth, lens), footprint_of(frame.depth, lens)
     length_x, step_x = one_sided(place, inside, 1, 0)
     length_y, step_y = one_sided(place, inside, 0, 1)
-    slope_x, slope_y = np.abs(step_x[..., 2]), np.abs(step_y[..., 2])
+    slope_x, slope_y = slope_of(step_x, footprint), slope_of(step_y, footprint * lens.aspect)
     drift, length_y = right_angled(length_x, length_y, step_x, step_y)
     turn_x, turn_y = turning(step_x, step_y, footprint)
     held = np.stack([frame.depth * inside, inside], axis=-1)

@@ -70,6 +70,13 @@ def test_skin_a_pixel_wide_behind_a_step_is_told_from_what_is_before_it(pixels: 
     assert np.flatnonzero(across.sum(axis=0)).tolist() == [15 + pixels, 41 - pixels] and not up.any()
 
 
+def test_a_rim_a_pixel_wide_between_two_steps_is_no_steep_surface() -> None:
+    """An ear's rim before the next head, seen from afar: it has no neighbour but those across steps."""
+    depth = np.tile(np.select([np.arange(41) < 20, np.arange(41) < 21], [0.4, 0.48], 0.65), (9, 1))
+    across, up = replica.steps_of(plain(np.ones((9, 41, 3)), depth), replica.Lens(0.0, 0.001))
+    assert np.flatnonzero(across.sum(axis=0)).tolist() == [20, 21] and not up.any()
+
+
 @pytest.mark.parametrize("slope", [0.0, 1.0, 2.5])
 def test_slopes_and_ridges_diffuse_as_if_steps_were_not_looked_for(slope: float) -> None:
     """A ridge and a valley with flanks up to 68 degrees steep."""

@@ -8,7 +8,7 @@ Every frame is rendered once in EEVEE and diffused twice, with and without regar
 - *behind steps*: the surface before every step (nose, chin, ear, the nearer head) is given light 1 within 3 mm of it, all else
   none; the mean that arrives within 3 mm behind the steps. What flows round the end of a step is in it.
 - *leaked*: the mean of what of that is more than the same profile carries from the same places over the straight way between
-  them in space, which is what Cycles' Burley scattering goes by: light that a step should have held back.
+  them in space, which is what Cycles' Burley scattering goes by: light that a step should have held back. 500 places a frame.
 - *other head*: the nearer head gets light 1, the farther none; what arrives on 99.9 % of the farther's pixels at most, and on any.
 - *wall*: everything but skin gets light 1, skin none; the most that arrives on skin.
 
@@ -20,8 +20,10 @@ from __future__ import annotations
 import argparse
 import math
 import os
+import subprocess
 import sys
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -30,10 +32,15 @@ from numpy.typing import NDArray
 
 ROOT = Path(__file__).resolve().parents[2]
 COVERS = tuple(f"km_makeup/blender/compositor/{name}.py" for name in ("diffusion", "surface", "levels"))
+HEAD = (
+    "% of the light before the step, on the other head, on the wall.\n\n"
+    "| px/mm | steps in depth | behind steps: mean | leaked: mean | worst view | other head: 99.9 % | most | wall: most |\n"
+    "| --- | --- | --- | --- | --- | --- | --- | --- |"
+)
 SIZE_MM = 90.0
 DISTANCE = 1.2
 PLACES = 500
-LARGEST = 3.0
+LARGEST = 20.0
 
 
 def main() -> int:
@@ -47,8 +54,10 @@ def main() -> int:
     parser.add_argument("--write", action="store_true", help="write tests/results/diffusion_turntable.md (_dressed)")
     options = parser.parse_args()
     os.environ.setdefault("BLENDER_USER_RESOURCES", tempfile.mkdtemp(prefix="km_makeup-"))
-    scales = [float(s) for s in options.scales.split(",")]
-    text = table(scales, options.views, options.samples, options.pictures, options.dressed)
+    scales = options.scales.split(",")
+    with ThreadPoolExecutor(os.cpu_count()) as pool:  # a process of its own for every scale
+        rows = list(pool.map(alone, scales[::-1]))[::-1] if len(scales) > 1 else [measured(float(scales[0]), options)]
+    text = "\n".join([f"{options.views} views, {HEAD}", *rows]) + "\n"
     print(text)
     if options.write:
         from tests import stamps
@@ -60,44 +69,44 @@ def main() -> int:
     return 0
 
 
-def table(scales: list[float], views: int, samples: int, pictures: Path | None, dressed: bool) -> str:
-    """A row per scale: worst and mean over the views, aware of depth and blind."""
+def alone(scale: str) -> str:
+    """The rows of one scale, from a process with this one's other options."""
+    words = [*sys.argv[1:], "--scales", scale]
+    command = [sys.executable, "-m", "tests.compositor.turntable", *(word for word in words if word != "--write")]
+    done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True, cwd=ROOT)
+    return "\n".join(line for line in done.stdout.splitlines() if line.startswith(f"| {float(scale):g} |"))
+
+
+def measured(scale: float, options: argparse.Namespace) -> str:
+    """The rows of one scale: worst and mean over the views, aware of depth and blind."""
     import bpy
 
-    head, scene, camera = set_up(dressed)
-    lines = [
-        f"{views} views, % of the light before the step, on the other head, on the wall.",
-        "",
-        "| px/mm | steps in depth | behind steps: mean | leaked: mean | worst view | other head: 99.9 % | most | wall: most |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- |",
-    ]
-    for scale in scales:
-        found: dict[bool, list[tuple[float, ...]]] = {True: [], False: []}
-        light(scene, False)  # what is measured takes depth and mask alone
-        for index in range(views):
-            frame, lens = turned(head, scene, camera, 360 * index / views, scale, samples)
-            for aware, leaked in leaks(frame, lens, scale).items():
-                found[aware].append(leaked)
-            print(
-                f"{scale:g} px/mm, view {index}: {found[True][-1]}, blind {found[False][-1]}",
-                file=sys.stderr,
-                flush=True,
-            )
-        if pictures:
-            light(scene, True)
-            worst = int(np.argmax([one[1] for one in found[True]]))
-            for data in bpy.data.lights:
-                data.shadow_maximum_resolution, data.shadow_filter_radius = 1e-3, 1
-            frame, lens = turned(head, scene, camera, 360 * worst / views, scale, 16)
-            _save(pictures / f"worst {scale:g} px per mm.png", frame, lens, scale)
-        for aware, kept in found.items():
-            behind, leaked, most, other, wall = (np.array([one[i] for one in kept]) * 100 for i in range(5))
-            name = "stop light" if aware else "ignored"
-            turn = 360 * int(leaked.argmax()) / views
-            cells = (f"{behind.mean():.3f}", f"{leaked.mean():.3f}", f"{leaked.max():.3f} at {turn:.0f}°")
-            cells += (f"{most.max():.3f}", f"{other.max():.3f}", f"{wall.max():.4f}")
-            lines.append(f"| {scale:g} | {name} | {' | '.join(cells)} |")
-    return "\n".join(lines) + "\n"
+    views, pictures = options.views, options.pictures
+    head, scene, camera = set_up(options.dressed)
+    lines = []
+    found: dict[bool, list[tuple[float, ...]]] = {True: [], False: []}
+    light(scene, False)  # what is measured takes depth and mask alone
+    for index in range(views):
+        frame, lens = turned(head, scene, camera, 360 * index / views, scale, options.samples)
+        for aware, leaked in leaks(frame, lens, scale).items():
+            found[aware].append(leaked)
+        seen = f"{found[True][-1]}, blind {found[False][-1]}"
+        print(f"{scale:g} px/mm, view {index}: {seen}", file=sys.stderr, flush=True)
+    if pictures:
+        light(scene, True)
+        worst = int(np.argmax([one[1] for one in found[True]]))
+        for data in bpy.data.lights:
+            data.shadow_maximum_resolution, data.shadow_filter_radius = 1e-3, 1
+        frame, lens = turned(head, scene, camera, 360 * worst / views, scale, 16)
+        _save(pictures / f"worst {scale:g} px per mm.png", frame, lens, scale)
+    for aware, kept in found.items():
+        behind, leaked, most, other, wall = (np.array([one[i] for one in kept]) * 100 for i in range(5))
+        name = "stop light" if aware else "ignored"
+        turn = 360 * int(leaked.argmax()) / views
+        cells = (f"{behind.mean():.3f}", f"{leaked.mean():.3f}", f"{leaked.max():.3f} at {turn:.0f}°")
+        cells += (f"{most.max():.3f}", f"{other.max():.3f}", f"{wall.max():.4f}")
+        lines.append(f"| {scale:g} | {name} | {' | '.join(cells)} |")
+    return "\n".join(lines)
 
 
 def set_up(dressed: bool = False):
@@ -207,8 +216,8 @@ def sample(where: NDArray) -> tuple[NDArray, NDArray]:
 def carried(frame, optics, near: NDArray, places: tuple[NDArray, NDArray]) -> NDArray:
     """What the profile's red carries to places from light 1 on ``near``, by the straight ways between them in space.
 
-    A pixel counts for the surface that it shows, at most LARGEST times as large as one that faces the camera: less light
-    is excused so, not more.
+    Every pixel counts for the surface that it shows. As in the diffusion, what arrives is divided by what would arrive from
+    all skin in the picture: at a silhouette there is less of it than around a point of an open surface.
     """
     from km_makeup.optics.diffusion import SKIN
     from tests.compositor import replica
@@ -217,15 +226,19 @@ def carried(frame, optics, near: NDArray, places: tuple[NDArray, NDArray]) -> ND
     inside = (frame.mask > 0.98).astype(float)
     steps = [replica.one_sided(place, inside, *axis)[1] for axis in ((1, 0), (0, 1))]
     facing = (replica.footprint_of(frame.depth, optics) / optics.mm) ** 2
-    area = np.clip(np.linalg.norm(np.cross(*steps), axis=-1), facing, LARGEST * facing)
-    sources, areas = place[near], area[near]
+    area = np.clip(np.linalg.norm(np.cross(*steps), axis=-1), facing, LARGEST * facing) * inside
+    reach = 3 * float(np.sqrt(SKIN.variances.max()))
     found = []
     for row, column in zip(*places):
-        squared = ((sources - place[row, column]) ** 2).sum(axis=-1)
-        within = squared < 8 * SKIN.variances.max()
+        pixels = int(np.ceil(reach / np.sqrt(facing[row, column])))
+        window = np.s_[max(0, row - pixels) : row + pixels + 1, max(0, column - pixels) : column + pixels + 1]
+        squared = ((place[window] - place[row, column]) ** 2).sum(axis=-1)
+        within = (squared < reach**2) & (squared > 0) & (area[window] > 0)
         exponent = -squared[within, None] / (2 * SKIN.variances)
-        profile = (SKIN.weights[:, 0] / (2 * np.pi * SKIN.variances) * np.exp(exponent)).sum(axis=-1)
-        found.append(float((profile * areas[within]).sum()))
+        profile = (SKIN.weights[:, 0] / SKIN.variances * np.exp(exponent)).sum(axis=-1) * area[window][within]
+        half = np.sqrt(area[row, column] / 8 / SKIN.variances)  # the pixel itself may be wider than a Gaussian
+        own = 2 * np.pi * sum(w * math.erf(h) ** 2 for w, h in zip(SKIN.weights[:, 0], half))
+        found.append(float(profile[near[window][within]].sum() / (profile.sum() + own)))
     return np.array(found)
 
 

@@ -25,6 +25,9 @@ STEP_SLOPES, STEP_PX, STEP_MM = 2.5, 0.3, 0.4
 """A step between two pixels is a change of depth above STEP_SLOPES times the slope on either side, STEP_PX pixels and
 STEP_MM millimetres together: beyond what a smooth surface does from pixel to pixel, even where it turns away."""
 
+STEEPEST = 20.0
+"""A change of depth from pixel to pixel above this many pixels (87 degrees) is no slope: a rim one pixel wide between two steps."""
+
 HOLE_STEPS = 5
 """Holes in the skin (a strand of hair, a lash) up to 2**HOLE_STEPS - 1 pixels are looked across for steps."""
 

@@ -13,7 +13,7 @@ import bpy
 
 from ..nodes.expression import Colour, Scalar, Tree
 from ..nodes.groups import owned_group
-from .levels import FAR, HOLE_STEPS, MOST_DRIFT, STEP_MM, STEP_PX, STEP_SLOPES
+from .levels import FAR, HOLE_STEPS, MOST_DRIFT, STEEPEST, STEP_MM, STEP_PX, STEP_SLOPES
 from .pixels import chosen, moved, moved_scalar, places, size_of
 
 
@@ -63,9 +63,13 @@ def surface(tree: Tree, depth: Scalar, inside: Scalar, lens: dict[str, Scalar]) 
     p, q = fall_x / footprint, fall_y / footprint
     steep = footprint * (p * p + q * q + 1.0)
     return (
-        Along(length_x, fall_x.absolute(), footprint, q / steep),
-        Along(chosen(both, turned.dot(turned).sqrt(), length_y), fall_y.absolute(), tall, p / steep, drift),
+        Along(length_x, _slope(fall_x, footprint), footprint, q / steep),
+        Along(chosen(both, turned.dot(turned).sqrt(), length_y), _slope(fall_y, tall), tall, p / steep, drift),
     )
+
+
+def _slope(fall: Scalar, footprint: Scalar) -> Scalar:
+    return fall.absolute().minimum(footprint * STEEPEST)
 
 
 def _one_sided(tree: Tree, place: Colour, inside: Scalar, x: int, y: int) -> tuple[Scalar, Colour]:
