@@ -38,7 +38,8 @@ if TYPE_CHECKING:
 
 EXAMPLES = {
     "render": "example:\n  km_makeup render head.obj --skin albedo.png --layer lipstick-classic-red=lips.png@15um --out face.png\n"
-    "  km_makeup render head.blend --look look.json --view front,close-up --reference 512 --out pictures",
+    "  km_makeup render head.blend --look look.json --view front,close-up --reference 512 --out pictures\n"
+    "  km_makeup render head.blend --look look.json --diffuse --out glowing.png",
     "bake": "example:\n  km_makeup bake head.blend --look look.json --resolution 4096 --out textures",
     "export": "example:\n  km_makeup export head.blend --look look.json --out exported --gltf",
     "plan": "examples:\n  km_makeup plan head.blend\n  km_makeup plan head.blend --look look.json --engine cycles --tolerance 1 --json",

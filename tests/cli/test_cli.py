@@ -171,6 +171,11 @@ def test_the_plan_is_listed_with_reasons_and_as_json(run, files):
     assert effects["film:0"]["on"] and not effects["film:1"]["on"] and not effects["compositor"]["on"]
     code, out, _ = run("plan", "FILES/head.blend", *layers, "--everything", "--json")
     assert {e["key"]: e["on"] for e in json.loads(out)["effects"]}["film:1"]
+    code, out, _ = run(
+        "plan", "FILES/head.blend", *layers, "--everything", "--json", "--diffuse", "2", "--view", "front"
+    )
+    diffused = {e["key"]: e["on"] for e in json.loads(out)["effects"]}
+    assert diffused["compositor"] and diffused["gaussian:2"] and "gaussian:3" not in diffused
     code, _, errors = run("plan", "FILES/head.blend", "--tolerance", "-1")
     assert code == 2 and len(errors) == 1 and "0 or more" in errors[0]
 
