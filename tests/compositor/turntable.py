@@ -193,8 +193,8 @@ def leaks(frame, lens: dict[str, float], scale: float) -> dict[bool, tuple[float
         made = replica.diffuse(probe, optics, red, max(4.0, scale), aware)
         change = made["change"] * giving[..., None]
         found[aware] = (
-            float(change[chosen][:, 0].mean()) if behind.any() else 0.0,
-            float(np.maximum(change[chosen][:, 0] - straight, 0).mean()) if behind.any() else 0.0,
+            float(change[chosen][:, 0].mean()) if straight.size else 0.0,
+            float(np.maximum(change[chosen][:, 0] - straight, 0).mean()) if straight.size else 0.0,
             *_most(change[far_head, 1] if far_head.any() and near_head.any() else np.zeros(1)),
             float(change[skin, 2].max()) if skin.any() else 0.0,
         )
