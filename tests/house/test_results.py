@@ -9,10 +9,9 @@ from tests import stamps
 OLDER = {
     "diffusion_heads.md",
     "diffusion_times_cpu.md",
-    "flat_field.json",
     "live_colours.md",
 }
-"""Results that are older than their code: the diffusion of heads, since a rim one pixel wide between two steps is told from a surface; its times, since taps near a step are held back (a few operations differ); the flat field and live colours, since colour's tables come, the same to the last bit, from a file."""
+"""Results that are older than their code: the diffusion of heads, since a rim one pixel wide between two steps is told from a surface; its times, since taps near a step are held back (a few operations differ); live colours, since colour's tables come, the same to the last bit, from a file."""
 
 
 @pytest.mark.parametrize("file", sorted(stamps.RESULTS.iterdir()), ids=lambda file: file.name)
