@@ -213,7 +213,7 @@ def _render(options: argparse.Namespace) -> int:
         raise MakeupError(f"--save {options.save}: scenes are saved as .blend; choose this suffix.")
     if options.reference and options.engine == "cycles":
         raise MakeupError("--reference compares with Cycles; use it with --engine eevee.")
-    if options.diffuse and options.engine == "cycles":
+    if options.diffuse is not None and options.engine == "cycles":
         raise MakeupError("--diffuse is EEVEE's; Cycles scatters light in the skin itself: leave one of them out.")
     head = head_of(options)
     _not_over_an_input(out, head)

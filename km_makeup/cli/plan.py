@@ -18,7 +18,7 @@ def add_effects_arguments(sub: argparse.ArgumentParser) -> None:
 
 def add_diffusion_argument(sub: argparse.ArgumentParser) -> None:
     sub.add_argument(
-        "--diffuse", nargs="?", type=int, const=6, default=0, metavar="GAUSSIANS",
+        "--diffuse", nargs="?", type=int, const=6, metavar="GAUSSIANS",
         help="EEVEE: the compositor diffuses the skin's light, by at most 1 to 6 Gaussians (default: 6), instead of EEVEE",
     )  # fmt: skip
 
@@ -43,7 +43,8 @@ def effects_of(options: argparse.Namespace, budget: float | None = None) -> Effe
     for value, name in ((options.tolerance, "--tolerance"), (budget, "--budget")):
         if value is not None and not 0 <= value < 1e6:
             raise MakeupError(f"{name} is {value}; it must be 0 or more.")
-    gaussians = between(getattr(options, "diffuse", 0), "--diffuse", 0, 6)
+    asked = getattr(options, "diffuse", None)
+    gaussians = between(asked, "--diffuse", 1, 6) if asked is not None else 0
     return EffectsJob(options.tolerance, options.everything, budget, gaussians)
 
 

@@ -108,7 +108,10 @@ def test_the_compositor_diffuses_each_of_several_views_as_if_it_were_alone(run, 
     head = ["render", "FILES/head.blend", "--size", "64x80", "--samples", "4", "--everything", *LAYER]
     views = ["front", "close-up"]
     assert run(*head, "--diffuse", "--view", ",".join(views), "--out", "all", "--save", "all.blend")[0] == 0
-    assert run(*head, "--diffuse", "3", "--view", "close-up", "--bare", "--out", "bare.png")[0] == 0
+    for name, diffuse in (("bare", ["--diffuse", "3"]), ("bare without", [])):
+        assert run(*head, *diffuse, "--view", "close-up", "--bare", "--out", f"{name}.png")[0] == 0
+    bare, without = (read_image(tmp_path / f"{n}.png")[0].astype(int) for n in ("bare", "bare without"))
+    assert np.abs(bare - without).mean() > 0.1
     for view in views:
         assert run(*head, "--diffuse", "--view", view, "--out", f"{view}.png")[0] == 0
         assert run(*head, "--view", view, "--out", f"{view} without.png")[0] == 0
@@ -223,7 +226,7 @@ BAD = {
         "use it with --engine eevee",
     ),
     "diffusion in Cycles": (["render", "FILES/head.obj", "--engine", "cycles", "--diffuse"], "leave one of them out"),
-    "too many Gaussians": (["render", "FILES/head.obj", "--engine", "eevee", "--diffuse", "7"], "between 0 and 6"),
+    "too many Gaussians": (["render", "FILES/head.obj", "--engine", "eevee", "--diffuse", "7"], "between 1 and 6"),
     "another format": (["render", "FILES/head.fbx"], "export the head as one of these"),
     "a broken blend": (["render", "FILES/broken.blend"], "is it a Blender file"),
     "no mesh": (["render", "FILES/empty.obj"], "holds no mesh"),

@@ -113,7 +113,7 @@ def measure(size: str, device: str, count: int, aware: bool) -> dict[str, float]
 
 
 def runs_of(size: str) -> int:
-    """How often a frame is timed; the largest takes longest and scatters least."""
+    """How often a frame is timed; the largest takes minutes."""
     return 1 if size == "4K" else RUNS
 
 

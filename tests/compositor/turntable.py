@@ -40,7 +40,10 @@ HEAD = (
 SIZE_MM = 90.0
 DISTANCE = 1.2
 PLACES = 500
+"""Places behind steps, of a frame, at which the light that arrives is compared with the profile's."""
+
 LARGEST = 20.0
+"""Most surface in a pixel, as a multiple of one that faces the camera."""
 
 
 def main() -> int:

@@ -69,6 +69,7 @@ def surface(tree: Tree, depth: Scalar, inside: Scalar, lens: dict[str, Scalar]) 
 
 
 def _slope(fall: Scalar, footprint: Scalar) -> Scalar:
+    """Change of depth from pixel to pixel, where it may be a surface's (`levels.STEEPEST`)."""
     return fall.absolute().minimum(footprint * STEEPEST)
 
 
