@@ -51,6 +51,24 @@ def test_millimetres_follow_the_unit_scale() -> None:
     assert node.inputs["Millimetre"].default_value == pytest.approx(0.1)
 
 
+def test_blurs_are_made_for_the_nearest_of_the_cameras_of_a_command(monkeypatch: pytest.MonkeyPatch) -> None:
+    from km_makeup.blender.compositor import scale
+
+    scene, camera = _scene()
+    head = bpy.data.objects.new("Head", bpy.data.meshes.new("Head"))
+    near = bpy.data.objects.new("Near", bpy.data.cameras.new("Near"))
+    camera.location.z, near.location.z = 2.0, 0.2
+    scene.collection.objects.link(near)
+    bpy.context.view_layer.update()
+    monkeypatch.setattr(scale, "heads_of", lambda scene: [head])
+    alone = scale.finest_scale(scene)
+    with compositor.shots([camera, near]):
+        assert scale.finest_scale(scene) > 5 * alone
+        near.data.type = "PANO"
+        assert "'Near' is panoramic" in (compositor.refusal(scene) or "")
+    assert scale.finest_scale(scene) == alone and compositor.refusal(scene) is None
+
+
 def test_markers_between_cameras_of_one_lens_are_served_and_others_refused() -> None:
     """Blender evaluates the drivers before it switches the camera: with another lens one frame would be wrong."""
     scene, camera = _scene()
