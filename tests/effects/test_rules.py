@@ -330,14 +330,19 @@ def test_all_that_is_left_out_adds_up_below_the_tolerance(layers, engines, scree
 
 
 def test_planning_is_quick():
+    """Four films are planned in less time than Python takes for a million multiplications, .1 s: nobody waits for it."""
     facts = scene(LIPS, BASE, film("blush-rose", 4), film("eyeshadow-blue", 6), screen_diffusion=True)
     make_plan(facts)
+    assert _least_seconds(lambda: make_plan(facts)) < _least_seconds(lambda: sum(i * i for i in range(1_000_000)))
+
+
+def _least_seconds(what):
     times = []
-    for _ in range(9):
+    for _ in range(7):
         start = time.process_time()
-        make_plan(facts)
+        what()
         times.append(time.process_time() - start)
-    assert min(times) < 0.03
+    return min(times)
 
 
 def test_a_calibration_is_read_and_a_broken_one_refused(tmp_path):
