@@ -25,7 +25,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -68,6 +68,9 @@ HEADS = {"sample": "sample_blend/head.blend", "lee_perry_smith": "../shared/head
 LEE_SKIN = ROOT / "../shared/heads/lee_perry_smith/Map-COL.jpg"
 UNNEEDED = ("Cloth", "Hair", "Brows", "Lashes")
 """What the sample head wears: most of the time that a picture takes, and none of its skin."""
+
+REGIONS = {"foundation": "FACE", "blush": "CHEEKS", "lids": "LIDS", "lips": "LIPS"}
+"""Where a head other than the sample has what the sample's map of that name holds; other layers are left out there."""
 
 LAMPS = {"hard": ((-0.5, -0.5, 0.35), 8.0), "back": ((-0.35, 0.6, 0.1), 14.0)}
 """Small lamps: place from the nose's tip in metres, watts."""
@@ -326,8 +329,7 @@ def open_scene(head_name: str, look: str):
     import bpy
 
     from km_makeup import blender
-    from km_makeup.blender import looks, makeup, studio
-    from km_makeup.makeup import Look
+    from km_makeup.blender import makeup, studio
 
     if not hasattr(bpy.types.Object, "km_makeup"):
         blender.register()
@@ -340,7 +342,7 @@ def open_scene(head_name: str, look: str):
     makeup.set_up(head)
     head.km_makeup.finish, head.km_makeup.tolerance = "OFF", 0
     if look != "bare":
-        looks.apply_look(head, Look.load(ROOT / "sample_blend" / "looks" / f"{look}.json"))
+        _make_up(head, look, own_maps=head_name == "sample")
     _add_lamps(head)
     data = bpy.data.cameras.new("Study")
     data.lens, data.sensor_width, data.clip_start = 100, 36, 0.02
@@ -350,6 +352,21 @@ def open_scene(head_name: str, look: str):
         True  # a reference's grain would count as error of what it is compared with
     )
     return head
+
+
+def _make_up(head, name: str, own_maps: bool) -> None:
+    """Put one of the sample's looks on; on another head its products lie where the regions of a face are."""
+    from km_makeup.blender import looks, regions
+    from km_makeup.makeup import Look
+
+    look = Look.load(ROOT / "sample_blend" / "looks" / f"{name}.json")
+    if own_maps:
+        looks.apply_look(head, look)
+        return
+    look = replace(look, layers=tuple(layer for layer in look.layers if Path(layer.map).stem in REGIONS))
+    looks.apply_look(head, look, looks.Method.PRODUCTS)
+    for made, layer in zip(head.km_makeup.layers, look.layers, strict=True):
+        regions.lay(head, made, REGIONS[Path(layer.map).stem], edge_mm=1.0, brows=False)
 
 
 def measured_radius(head) -> None:
