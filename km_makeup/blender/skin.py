@@ -11,12 +11,15 @@ from numpy.typing import NDArray
 
 from ..errors import MakeupError
 from ..makeup.maps import resized
-from ..makeup.udim import TileLayout
+from ..makeup.udim import TileLayout, tile_numbers
 from . import images, udim
 from .shaders import skin_colour_sockets
+from .triangles import spread_over, triangles_of
 
 GRID = 96
 COLOURS = 12
+POINTS = 4096
+"""On a skin's surface, where the mean of its colour is taken."""
 
 
 @dataclass(frozen=True)
@@ -58,20 +61,16 @@ def _linear(values: NDArray, image: bpy.types.Image) -> NDArray:
 
 @dataclass(frozen=True)
 class Skin:
-    """Colours (count, 3) in linear RGB of the working space that stand for the skin; its texture, if it has one.
+    """Colours (count, 3) in linear RGB of the working space, its extremes among them; their mean over the surface (3,).
 
-    ``known`` is False where the colour comes from nodes that are not followed; the colours are then
-    those of human skin in general.
+    ``texture``, if it has one. ``known`` is False where the colour comes from nodes that are not followed; the colours are
+    then those of human skin in general.
     """
 
     colours: NDArray
+    mean: NDArray
     texture: SkinTexture | None
     known: bool
-
-    @property
-    def mean(self) -> NDArray:
-        """Mean colour (3,)."""
-        return self.colours.mean(axis=0)
 
 
 def skin_of(materials: list[bpy.types.Material], obj: bpy.types.Object) -> Skin:
@@ -81,12 +80,14 @@ def skin_of(materials: list[bpy.types.Material], obj: bpy.types.Object) -> Skin:
     """
     udim.check_gathered(obj, materials)
     found: list[NDArray] = []
+    means: list[NDArray] = []
     textures: list[SkinTexture | None] = []
     known = True
     for material in materials:
         for socket in skin_colour_sockets(material):
             if not socket.is_linked:
                 found.append(np.array([tuple(socket.default_value)[:3]]))
+                means.append(found[-1][0])
                 continue
             node = image_node(socket)
             if node is None:
@@ -94,13 +95,15 @@ def skin_of(materials: list[bpy.types.Material], obj: bpy.types.Object) -> Skin:
             else:
                 textures.append(on_makeup_map(node, obj))
                 found.append(_sample(node.image, _tiles(node.image, obj)))
+                means.append(_mean(node, obj, material, found[-1]))
     if not found:
         from ..spectra.people import human_skins
 
-        return Skin(human_skins(bpy.data.colorspace.working_space), None, False)
+        human = human_skins(bpy.data.colorspace.working_space)
+        return Skin(human, human.mean(axis=0), None, False)
     colours = np.concatenate(found)
     one = textures[0] if len(set(textures)) == 1 else None
-    return Skin(_representative(colours), one, known)
+    return Skin(_representative(colours), np.mean(means, axis=0), one, known)
 
 
 def image_node(socket: bpy.types.NodeSocket) -> bpy.types.Node | None:
@@ -122,6 +125,18 @@ def colour_uv_maps(material: bpy.types.Material) -> set[str]:
 
 def on_makeup_map(node: bpy.types.Node, obj: bpy.types.Object) -> SkinTexture | None:
     """What an image texture shows as an image on the makeup's UV map; None where it lies otherwise."""
+    drawn = _drawn_on(node, obj)
+    if drawn is None:
+        return None
+    uv_map = obj.km_makeup.uv_map
+    layout = udim.layout_of(obj.data, uv_map)
+    if drawn == uv_map:
+        return SkinTexture(node.image, None)
+    return SkinTexture(node.image, layout) if layout and drawn == udim.source_of(obj.data, uv_map) else None
+
+
+def _drawn_on(node: bpy.types.Node, obj: bpy.types.Object) -> str | None:
+    """The UV map that an image texture lies on as it is; None where it lies otherwise."""
     drawn = next((layer.name for layer in obj.data.uv_layers if layer.active_render), "")
     vector = node.inputs["Vector"]
     if vector.is_linked:
@@ -130,13 +145,7 @@ def on_makeup_map(node: bpy.types.Node, obj: bpy.types.Object) -> SkinTexture | 
             drawn = source.uv_map or drawn
         elif source.bl_idname != "ShaderNodeTexCoord" or place != "UV":
             return None
-    if node.projection != "FLAT":
-        return None
-    uv_map = obj.km_makeup.uv_map
-    layout = udim.layout_of(obj.data, uv_map)
-    if drawn == uv_map:
-        return SkinTexture(node.image, None)
-    return SkinTexture(node.image, layout) if layout and drawn == udim.source_of(obj.data, uv_map) else None
+    return drawn if node.projection == "FLAT" else None
 
 
 def _tiles(image: bpy.types.Image, obj: bpy.types.Object) -> tuple[int, ...]:
@@ -156,13 +165,52 @@ def forget_samples() -> None:
     udim.forget_uvs()
 
 
+def _key(image: bpy.types.Image) -> tuple:
+    """What the colours of an image without unsaved strokes depend on."""
+    space = bpy.data.colorspace.working_space
+    return image.session_uid, tuple(image.size), image.filepath, image.colorspace_settings.name, space
+
+
 def _sample(image: bpy.types.Image, tiles: tuple[int, ...]) -> NDArray:
     """Colours of a texture; kept, since reading millions of texels takes longer than all fits, unless it has unsaved strokes."""
-    space = bpy.data.colorspace.working_space
-    key = (image.session_uid, tuple(image.size), image.filepath, image.colorspace_settings.name, space, tiles)
+    key = (*_key(image), tiles)
     if image.is_dirty or key not in _samples:
         _samples[key] = np.concatenate(_readable(image, tiles or (udim.FIRST,)))
     return _samples[key]
+
+
+def _mean(node: bpy.types.Node, obj: bpy.types.Object, material: bpy.types.Material, otherwise: NDArray) -> NDArray:
+    """Mean colour of a texture over the faces that have the material; that of ``otherwise`` where it cannot be told."""
+    image, mesh, drawn = node.image, obj.data, _drawn_on(node, obj)
+    if drawn not in mesh.uv_layers or len(mesh.uv_layers[drawn].uv) != len(mesh.loops):  # none while it is edited
+        return otherwise.mean(axis=0)
+    slots = tuple(i for i, slot in enumerate(obj.material_slots) if slot.material in _with_copies(material, obj))
+    key = (*_key(image), mesh.session_uid, drawn, len(mesh.loops), slots)
+    if image.is_dirty or key not in _samples:
+        uv = spread_over(triangles_of(mesh, drawn), slots, POINTS)
+        colours = _colours_at(image, uv)
+        _samples[key] = (colours if len(colours) else otherwise).mean(axis=0)
+    return _samples[key]
+
+
+def _with_copies(material: bpy.types.Material, obj: bpy.types.Object) -> set[bpy.types.Material]:
+    """A material and what the object has in its place."""
+    return {material, *(entry.made for entry in obj.km_makeup.slots if entry.original == material and entry.made)}
+
+
+def _colours_at(image: bpy.types.Image, uv: NDArray) -> NDArray:
+    """Colours (count, 3) of the texels at places on a UV map, in the tiles of the image that have pixels."""
+    numbers = tile_numbers(uv) if udim.is_tiled(image) else np.full(len(uv), udim.FIRST)
+    found = [np.zeros((0, 3))]
+    for number in np.unique(numbers):
+        try:
+            values = pixels_of(image, int(number))
+        except MakeupError:
+            continue
+        height, width = values.shape[:2]
+        x, y = (np.floor((uv[numbers == number] % 1) * (width, height))).astype(int).T
+        found.append(_linear(values[np.minimum(y, height - 1), np.minimum(x, width - 1)].astype(float), image))
+    return np.concatenate(found)
 
 
 def _readable(image: bpy.types.Image, tiles: tuple[int, ...]) -> list[NDArray]:

@@ -4,9 +4,8 @@
         [--samples 16] [--cycles-samples 128] [--gi] [--walk] [--write] [--pictures FOLDER] [--keep FOLDER]
 
 Views were not used for tuning; diffusion matters in most of them: hard light across the nose, an ear against the light,
-lips and nose near. The skin's subsurface radius is that of d'Eon and Luebke's measured skin (the files' own is so much shorter
-that a face of this size hardly shows it), read by both engines and, through `profile_of`, by the compositor; the lamps have
-sharp shadows. Mean CIEDE2000 and FLIP over the skin, against Cycles by Burley and by Random Walk (Skin), of which the
+lips and nose near. The skin's subsurface radius is what each method reads as d'Eon and Luebke's measured skin, and both engines and,
+through `profile_of`, the compositor get it; the lamps have sharp shadows. Mean CIEDE2000 and FLIP over the skin, against Cycles by Burley and by Random Walk (Skin), of which the
 difference stands beside.
 
 Where the error comes from: what an engine's diffusion changes in its own picture is laid on Cycles' picture without
@@ -228,6 +227,7 @@ def study(head_name: str, look: str, options: argparse.Namespace) -> dict[str, S
         (DIRECT, "BURLEY", 0.0, 0),
     ):
         set_method(head, method)
+        measured_radius(head, method)
         scene.cycles.max_bounces = bounces
         with subsurface_weight(head, weight):
             for view, shots in found.items():
@@ -235,6 +235,7 @@ def study(head_name: str, look: str, options: argparse.Namespace) -> dict[str, S
                 shots.cycles[name] = picture(scene, "CYCLES", options.size, options.cycles_samples)[0]
         print(f"{head_name}, {look}: Cycles, {name}", file=sys.stderr, flush=True)
     set_method(head, "BURLEY")
+    measured_radius(head, "BURLEY")
     for diffuse in (_by_eevee, _in_compositor):
         for label, settings in GI.items() if options.gi and look == "bare" else ((PLAIN, GI[PLAIN]),):
             for name, value in settings.items():
@@ -338,8 +339,8 @@ def open_scene(head_name: str, look: str):
     for name in UNNEEDED:
         if name in bpy.data.objects:
             bpy.data.objects.remove(bpy.data.objects[name])
-    measured_radius(head)
     makeup.set_up(head)
+    measured_radius(head, "BURLEY")
     head.km_makeup.finish, head.km_makeup.tolerance = "OFF", 0
     if look != "bare":
         _make_up(head, look, own_maps=head_name == "sample")
@@ -369,25 +370,19 @@ def _make_up(head, name: str, own_maps: bool) -> None:
         regions.lay(head, made, REGIONS[Path(layer.map).stem], edge_mm=1.0, brows=False)
 
 
-def measured_radius(head) -> None:
-    """Give the head's skins the radius whose Burley profile has the second moment of d'Eon and Luebke's (BLENDER.md)."""
+def measured_radius(head, method: str) -> None:
+    """Give the head's skins the radius that a method reads as d'Eon and Luebke's second moment (BLENDER.md)."""
     from km_makeup.blender.skin import skin_of
-    from km_makeup.blender.slots import usable_slots
+    from tests.compositor.sphere_and_edge import BURLEY_MM, radius_of
 
-    for slot in usable_slots(head):
-        material = head.material_slots[slot].material
-        albedo = skin_of([material], head).mean
-        for node in material.node_tree.nodes:
-            if node.bl_idname == "ShaderNodeBsdfPrincipled" and node.inputs["Subsurface Weight"].default_value > 0:
-                node.inputs["Subsurface Radius"].default_value = burley_radius(albedo)
-                node.inputs["Subsurface Scale"].default_value = 0.001
-
-
-def burley_radius(albedo: NDArray) -> tuple[float, ...]:
-    """Cycles' radius in mm, 4 pi s(A) d, for Burley's d of the measured skin."""
-    from tests.compositor.sphere_and_edge import BURLEY_MM
-
-    return tuple(4 * np.pi * (1.9 - albedo + 3.5 * (albedo - 0.8) ** 2) * BURLEY_MM)
+    for entry in head.km_makeup.slots:
+        albedo = skin_of([entry.original], head).mean
+        for material in (entry.original, entry.made):
+            for node in material.node_tree.nodes if material else ():
+                if node.bl_idname == "ShaderNodeBsdfPrincipled" and "Subsurface Radius" in node.inputs:
+                    socket = node.inputs["Subsurface Radius"]
+                    socket.default_value = radius_of(BURLEY_MM, albedo, method)
+                    node.inputs["Subsurface Scale"].default_value = 0.001
 
 
 def show(head, view: View) -> None:

@@ -8,25 +8,25 @@ import pytest
 
 from km_makeup.blender import compositor, makeup
 from km_makeup.blender.compositor.levels import RATIO, levels
-from km_makeup.blender.compositor.profiles import burley_distances
+from km_makeup.blender.compositor.profiles import burley_distances, distances_of
 from km_makeup.blender.update import paused
 from km_makeup.errors import MakeupError
 from km_makeup.optics.diffusion import SKIN, burley_within, fit_gaussians
 from tests.blender import scenes
+from tests.compositor.widths import METHODS, measured, read
 
 pytestmark = pytest.mark.blender
 
 
 def test_a_materials_radius_gives_burleys_profile() -> None:
-    """3.67, 1.37, .68 mm of a skin of known albedo: the share of light within r, to 2 %."""
+    """3.67, 1.37, .68 mm: the share of light within r, to 2 %."""
     head = scenes.head()
     material = scenes.skin()
     scenes.principled_of(material).subsurface_method = "BURLEY"
     head.data.materials.append(material)
     makeup.set_up(head)
     profile = compositor.profile_of([head], bpy.context.scene)
-    A = np.array([0.45, 0.27, 0.19])
-    d = np.array([3.67, 1.37, 0.68]) / (4 * np.pi) / (1.9 - A + 3.5 * (A - 0.8) ** 2)
+    d = np.array([3.67, 1.37, 0.68]) / (4 * np.pi)
     r = np.geomspace(0.05, 3, 30)
     assert np.abs(profile.within(r) - burley_within(r[:, None], d)).max() < 0.02
 
@@ -61,17 +61,37 @@ def test_skin_without_scattering_gets_measured_skin() -> None:
 
 
 def test_a_diffuse_mean_free_path_is_longer_the_darker_the_skin() -> None:
-    """Random Walk: sqrt(3 (1 - a')) of the dipole; .23 at albedo .95, near sqrt 3 at black."""
+    """Random Walk (Skin): sqrt(3 (1 - a')) of the dipole; .23 at albedo .95, near sqrt 3 at black."""
     factor = [
-        burley_distances(np.ones(1), np.array([A]), "RANDOM_WALK")[0] * (1.9 - A + 3.5 * (A - 0.8) ** 2)
+        burley_distances(np.ones(1), np.array([A]), "RANDOM_WALK_SKIN")[0] * (1.9 - A + 3.5 * (A - 0.8) ** 2)
         for A in (0.001, 0.5, 0.95)
     ]
     assert factor == sorted(factor, reverse=True)
     assert factor[0] == pytest.approx(3**0.5, abs=0.02)
-    old = burley_distances(np.ones(1), np.full(1, 0.5), "RANDOM_WALK_LEGACY")  # what 5.2 calls it in a file of 5.0
-    assert old == burley_distances(np.ones(1), np.full(1, 0.5), "RANDOM_WALK")
     with pytest.raises(MakeupError, match="CUBIC"):
         burley_distances(np.ones(1), np.full(1, 0.5), "CUBIC")
+
+
+def test_random_walk_is_read_as_the_blender_at_hand_means_it() -> None:
+    """Up to 5.1 its radius is 4 pi mean free paths; from 5.2 on it is one, and the old reading is called legacy."""
+    head = scenes.head()
+    material = scenes.skin()
+    node = scenes.principled_of(material)
+    node.subsurface_method = "RANDOM_WALK"
+    head.data.materials.append(material)
+    makeup.set_up(head)
+    (found,) = distances_of(head, bpy.context.scene)
+    names = [item.identifier for item in node.bl_rna.properties["subsurface_method"].enum_items]
+    A = np.array([0.45, 0.27, 0.19])
+    path = np.array([3.67, 1.37, 0.68]) / (1 if "RANDOM_WALK_LEGACY" in names else 4 * np.pi)
+    assert found == pytest.approx(path / (1.9 - A + 3.5 * (A - 0.8) ** 2), rel=1e-5)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_cycles_scatters_as_far_as_a_radius_is_read(method: str) -> None:
+    """Across a shadow edge that Cycles renders, at the albedos of dark and of light skin."""
+    for albedo in (0.25, 0.6):
+        assert measured(method, albedo, samples=24) == pytest.approx(read(method, albedo), rel=0.2)
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 6])
