@@ -100,7 +100,7 @@ def test_burley_distance_is_the_published_fit() -> None:
     assert burley_distance(1.0, 2.0) == pytest.approx(2 / (0.85 + 7 * 0.008), rel=1e-13, abs=0)
 
 
-@pytest.mark.parametrize(("count", "alone", "together"), [(4, 0.017, 0.04), (6, 0.007, 0.016), (8, 0.003, 0.006)])
+@pytest.mark.parametrize(("count", "alone", "together"), [(4, 0.020, 0.055), (6, 0.0081, 0.022), (8, 0.0035, 0.007)])
 def test_fits_follow_burley_as_closely_as_is_written(count: int, alone: float, together: float) -> None:
     one = fit_gaussians(0.3, count)
     assert np.abs(one.within(R)[:, 0] - burley_within(R, 0.3)).max() < alone
@@ -109,6 +109,13 @@ def test_fits_follow_burley_as_closely_as_is_written(count: int, alone: float, t
     assert np.all(three.weights >= 0)
     np.testing.assert_allclose(three.weights.sum(axis=0), 1, atol=1e-12)
     assert np.abs(three.within(R) - burley_within(R[:, None], RGB)).max() < together
+
+
+@pytest.mark.parametrize(("count", "alone", "together"), [(4, 0.015, 0.17), (6, 0.005, 0.04), (8, 0.005, 0.005)])
+def test_fits_carry_light_as_far_as_burley_does(count: int, alone: float, together: float) -> None:
+    """The mean of r^2 is 14 d^2; along one axis half of it."""
+    for distances, least in ((0.3, alone), (RGB, together)):
+        assert fit_gaussians(distances, count).mean_variance / np.square(distances) == pytest.approx(7, rel=least)
 
 
 def test_a_fit_scales_with_the_distance() -> None:
