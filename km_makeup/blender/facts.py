@@ -21,7 +21,7 @@ from ..makeup.statistics import MapStatistics, joint
 from ..optics.diffusion import fit_gaussians
 from ..products import Finish, Product
 from . import compositor, images, keyed, seen, views
-from .compositor.profiles import distances_of
+from .compositor.profiles import BURLEY, distances_of
 from .lamps import irradiance_at, lamps_of, solid_angle
 from .library import library
 from .shaders import BUMP, NORMAL_MAP, PRINCIPLED, outputs_of, shader_nodes
@@ -316,12 +316,12 @@ def _profile(
     obj: bpy.types.Object, scene: bpy.types.Scene
 ) -> tuple[tuple[float, ...], tuple[tuple[float, float, float], ...]]:
     """Gaussians of the skin's own subsurface scattering, narrowest first."""
-    found = distances_of(obj, scene)
+    found = np.maximum(distances_of(obj, scene), distances_of(obj, scene, BURLEY))  # as Cycles and as EEVEE reads them
     if obj.km_makeup.scattering == "SCREEN":
         profile = compositor.planned_profile(scene, obj)
         order = np.argsort(profile.variances)
         return tuple(profile.variances[order].tolist()), tuple(tuple(w) for w in profile.weights[order].tolist())
-    if not found:
+    if not len(found):
         return (), ()
     d = np.exp(np.mean(np.log(np.maximum(found, 1e-4)), axis=0))
     unit = _unit_profile()

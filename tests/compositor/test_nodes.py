@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from km_makeup.optics.diffusion import SKIN, GaussianProfile, fit_gaussians
+from km_makeup.optics.diffusion import SKIN, GaussianProfile
 from tests.compositor import replica
 
 pytestmark = pytest.mark.blender
@@ -33,7 +33,7 @@ def test_nodes_give_what_numpy_gives() -> None:
     for profile, scale, aware, split in (
         (SKIN, 8.0, True, True),
         (SKIN, 64.0, True, False),
-        (fit_gaussians((0.9, 0.3, 0.2), 2), 8.0, False, True),
+        (GaussianProfile([0.03, 1.5], [[0.3, 0.8, 0.9], [0.7, 0.2, 0.1]]), 8.0, False, True),
     ):
         nodes = evaluate(diffusion_group(profile, scale, aware, split=split), images, values)[..., :3]
         numpy = replica.diffuse(frame, LENS, profile, scale, aware, split)["image"]

@@ -226,7 +226,7 @@ SCENES = (
     Scene("diffusion, near", lambda _: _diffused(_far(0.35, (BASE, 10, ALL), scattering="SCREEN")),
           lambda a, b: a.compositor and b.compositor and a.passes == b.passes == 5),
     Scene("diffusion, head 40 pixels", lambda _: _diffused(_small((BASE, 10, ALL), scattering="SCREEN")),
-          lambda a, b: not a.compositor and a.passes == 0 and b.compositor),
+          lambda a, b: a.compositor and b.compositor and a.nodes < b.nodes),
     Scene("diffusion, head 3 pixels", lambda _: _diffused(_far(8.0, (BASE, 10, ALL), scattering="SCREEN")),
           lambda a, b: not a.compositor and a.passes == 0 and b.compositor),
     Scene("diffusion, no films, head 3 pixels", lambda _: _diffused(_far(8.0, scattering="SCREEN")),

@@ -131,8 +131,11 @@ def back_reflectance(head: bpy.types.Object) -> NDArray:
     return np.clip(pixels.reshape(-1, 4)[:, :3].mean(axis=0) * albedo, 0, 0.9)
 
 
-def distances_of(head: bpy.types.Object, scene: bpy.types.Scene) -> list[NDArray]:
-    """Burley's d (mm, three channels) of every scattering shader of the head's original materials."""
+def distances_of(head: bpy.types.Object, scene: bpy.types.Scene, method: str | None = None) -> list[NDArray]:
+    """Burley's d (mm, three channels) of every scattering shader of the head's original materials.
+
+    ``method``: read by this one, whatever the materials say; EEVEE reads every radius as Burley's.
+    """
     millimetre = 0.001 / scene.unit_settings.scale_length
     found = []
     for entry in head.km_makeup.slots:
@@ -143,7 +146,7 @@ def distances_of(head: bpy.types.Object, scene: bpy.types.Scene) -> list[NDArray
             for node in shader_nodes(output.inputs["Surface"]):
                 radius = _radius(node)
                 if radius is not None:
-                    found.append(burley_distances(radius / millimetre, albedo, method_of(node), _ior(node)))
+                    found.append(burley_distances(radius / millimetre, albedo, method or method_of(node), _ior(node)))
     return found
 
 
