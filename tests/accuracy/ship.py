@@ -2,6 +2,7 @@
 
     python -m km_makeup accuracy sample_blend/head.blend --look sample_blend/looks/evening.json --out accuracy
     python -m tests.accuracy.ship accuracy [FURTHER FOLDERS, of ladders that were measured apart]
+    python -m tests.accuracy.ship --some FOLDER [FURTHER FOLDERS, of the ladders to put in the place of those shipped]
     python -m tests.accuracy.ship --costs FOLDER [FURTHER FOLDERS, of costs that were measured apart]
 
 Writes km_makeup/accuracy/shipped.json (what the panel shows until a scene was measured; what `tests.accuracy.conditions` wrote there
@@ -57,6 +58,7 @@ def main() -> int:
         "folders", type=Path, nargs="+", help="folders with accuracy.json of measurements on one machine"
     )
     parser.add_argument("--costs", action="store_true", help="take only the costs that plans weigh")
+    parser.add_argument("--some", action="store_true", help="take only the ladders measured; the others stay")
     options = parser.parse_args()
     if options.costs:
         return take_costs(options.folders)
@@ -74,11 +76,35 @@ def main() -> int:
             if (folder / f"{name}.svg").is_file():
                 (ROOT / "sample_blend" / f"accuracy-{name}.svg").write_bytes((folder / f"{name}.svg").read_bytes())
     before = read_kept(SHIPPED.read_text(encoding="utf-8"), str(SHIPPED))
+    if options.some:
+        take_some(content, before)
+        return 0
     replace(kept_of(content), conditions=before.conditions, model=before.model).write(SHIPPED)
     between(ACCURACY, tables(content))
     print(f"written: {SHIPPED.relative_to(ROOT)}, README.md")
     with_costs = [folder for folder in options.folders if (folder / COSTS).is_file()]
     return take_costs(with_costs) if with_costs else 0
+
+
+def take_some(content: dict, before: Kept) -> None:
+    """Put the ladders measured in the place of those shipped, which stay what they are otherwise, and so their tables."""
+    found = kept_of(content).rungs
+    at = min((i for i, r in enumerate(before.rungs) if r.ladder in content["ladders"]), default=len(before.rungs))
+    rest = [r for r in before.rungs if r.ladder not in content["ladders"]]
+    replace(before, rungs=(*rest[:at], *found, *rest[at:])).write(SHIPPED)
+    text = README.read_text(encoding="utf-8")
+    made = content["made"]
+    for name, about in content["ladders"].items():
+        table = "\n".join(_table(name, about, content["rungs"])).rstrip()
+        table = table.replace("\n\n", f" Measured on {made['date'][:10]}: {made['processor']}, {made['cores']} cores.\n\n", 1)
+        title = re.escape(f"**{about['title']}**")
+        text, count = re.subn(rf"^{title} \(.*?(?=\n\n(?:\*\*|!\[|<!--))", lambda _: table, text, flags=re.DOTALL | re.MULTILINE)
+        print(f"{about['title']}: {'taken into README.md' if count else 'not in README.md'}")
+    for question, answer in in_short(results_of(content)):
+        line = f"- **{question}** {answer}"
+        text = re.sub(rf"^- \*\*{re.escape(question)}\*\* .*$", lambda _: line, text, flags=re.MULTILINE)  # noqa: B023
+    README.write_text(text, encoding="utf-8")
+    print(f"written: {SHIPPED.relative_to(ROOT)}")
 
 
 def between(mark: str, text: str) -> None:
@@ -208,26 +234,30 @@ def tables(content: dict) -> str:
         "stopped at steps in depth; no slope: as if all skin faced the camera. Baked colours are paid once, in the bake.",
     ]
     for name, about in content["ladders"].items():
-        rungs = [
-            r for r in content["rungs"] if r["ladder"] == name and (not SHOWN.get(name) or r["rung"] in SHOWN[name])
-        ]
-        if name not in SHOWN or not rungs:
-            continue
-        noise = about["noise"]
-        grain = f" Grain of the reference: {noise['mean']:.2f}." if noise else ""
-        lines += [
-            "",
-            f"**{about['title']}** ({about['unit']} against {about['reference']}; {about['time_of']}).{grain}",
-            "",
-        ]
-        lines += ["| | mean | 99 % | time | ± % |", "| --- | ---: | ---: | ---: | ---: |"]
-        lines += [
-            f"| {r['rung']} | {_short(r['error_mean'])} | {_short(r['error_p99'])} | {r['ratio']:.3g} | {100 * r['spread_s'] / r['later_s']:.0f} |"
-            for r in rungs
-        ]
+        rungs = _table(name, about, content["rungs"])
+        lines += ["", *rungs] if rungs else []
     plots = [name for name in PLOTS if name in content["ladders"]]
     lines += ["", *(f"![Error over time: {name}](sample_blend/accuracy-{name}.svg)" for name in plots)]
     return "\n".join(lines)
+
+
+def _table(name: str, about: dict, rungs: Sequence[dict]) -> list[str]:
+    """A ladder as README.md shows it; nothing where it does not."""
+    shown = [r for r in rungs if r["ladder"] == name and (not SHOWN.get(name) or r["rung"] in SHOWN[name])]
+    if name not in SHOWN or not shown:
+        return []
+    noise = about["noise"]
+    grain = f" Grain of the reference: {noise['mean']:.2f}." if noise else ""
+    return [
+        f"**{about['title']}** ({about['unit']} against {about['reference']}; {about['time_of']}).{grain}",
+        "",
+        "| | mean | 99 % | time | ± % |",
+        "| --- | ---: | ---: | ---: | ---: |",
+        *(
+            f"| {r['rung']} | {_short(r['error_mean'])} | {_short(r['error_p99'])} | {r['ratio']:.3g} | {100 * r['spread_s'] / r['later_s']:.0f} |"
+            for r in shown
+        ),
+    ]
 
 
 def _short(value: float) -> str:

@@ -47,7 +47,8 @@ def diffusion_ladder(stage: Stage) -> Ladder:
             "between the pixels, and one or two already carry what can be seen.",
             "What is left at six Gaussians is mostly not diffusion: soft shadows of large lamps and highlights differ between the "
             "renderers.",
-            "EEVEE's own and the compositor's scattering use the same widths; Cycles' Burley is the same profile without light inside.",
+            "The compositor spreads light as far as Cycles does by the material's own method. EEVEE's own and Cycles' Burley read the same "
+            "radius as Burley's, which is another width where the material has a random walk.",
         ),
         clock=time.perf_counter,
         least_s=0.0,
