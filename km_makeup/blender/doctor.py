@@ -69,7 +69,7 @@ def _skin(scene: bpy.types.Scene) -> Finding:
     return _of_materials(
         "skin",
         anisotropic_skins(scene),
-        "scatters light in both engines alike",
+        "scatters light as much forward as back, in both engines",
         "Subsurface Anisotropy is above 0, which EEVEE does not know and with which Cycles draws the skin redder than its "
         "texture and grainier; set it to 0 where pictures of both are to agree.",
     )
