@@ -20,7 +20,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from km_makeup.accuracy.answers import in_short
+from km_makeup.accuracy.answers import QUESTIONS, in_short
 from km_makeup.accuracy.kept import SHIPPED, Kept, KeptRung, read_kept
 from km_makeup.accuracy.ladder import Ladder, Measured, Result, Times
 from km_makeup.accuracy.pictures import Spread
@@ -95,16 +95,23 @@ def take_some(content: dict, before: Kept) -> None:
     text = README.read_text(encoding="utf-8")
     made = content["made"]
     for name, about in content["ladders"].items():
-        table = "\n".join(_table(name, about, content["rungs"])).rstrip()
-        table = table.replace("\n\n", f" Measured on {made['date'][:10]}: {made['processor']}, {made['cores']} cores.\n\n", 1)
-        title = re.escape(f"**{about['title']}**")
-        text, count = re.subn(rf"^{title} \(.*?(?=\n\n(?:\*\*|!\[|<!--))", lambda _: table, text, flags=re.DOTALL | re.MULTILINE)
-        print(f"{about['title']}: {'taken into README.md' if count else 'not in README.md'}")
-    for question, answer in in_short(results_of(content)):
-        line = f"- **{question}** {answer}"
-        text = re.sub(rf"^- \*\*{re.escape(question)}\*\* .*$", lambda _: line, text, flags=re.MULTILINE)  # noqa: B023
+        by = f" Measured on {made['date'][:10]}: {made['processor']}, {made['cores']} cores."
+        lines = _table(name, about, content["rungs"])
+        if lines:
+            title = re.escape(f"**{about['title']}**")
+            table = "\n".join([lines[0] + by, *lines[1:]])
+            text = _replaced(rf"^{title} \(.*?(?=\n\n(?:\*\*|!\[|<!--))", table, text)
+    answers = dict(in_short(results_of(content)))
+    for name, question, _ in QUESTIONS:
+        if name in content["ladders"] and question in answers:
+            line = f"- **{question}** {answers[question]}"
+            text = _replaced(rf"^- \*\*{re.escape(question)}\*\* [^\n]*$", line, text)
     README.write_text(text, encoding="utf-8")
     print(f"written: {SHIPPED.relative_to(ROOT)}")
+
+
+def _replaced(pattern: str, new: str, text: str) -> str:
+    return re.sub(pattern, lambda _: new, text, flags=re.DOTALL | re.MULTILINE)
 
 
 def between(mark: str, text: str) -> None:
