@@ -63,6 +63,7 @@ def _stage(distance: float = 0.6, engine: str = "BLENDER_EEVEE", lit: bool = Tru
     material = scenes.skin()
     node = scenes.principled_of(material)
     node.inputs["Coat Weight"].default_value = 0.1 if coat else 0.0
+    node.subsurface_method = "BURLEY"  # which all versions of Blender mean the same by
     node.inputs["Subsurface Radius"].default_value = (3.67, 1.37, 0.68)
     obj.data.materials.append(material)
     scenes.studio()
