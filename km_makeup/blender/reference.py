@@ -121,8 +121,8 @@ class ReferenceRun:
         self._shell: FilmShell | None = None
         self.films = ""
         self._stages: list[tuple[str, Callable[[], None]]] = [
+            *([("picture", lambda: None)] if picture else []),  # first: the others may rebuild the materials for Cycles
             ("mask", self._prepare_mask),
-            *([("picture", lambda: None)] if picture else []),
             ("reference", lambda: self._prepare_cycles(seed)),
             ("again", lambda: self._prepare_cycles(seed + 1)),
         ]

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from km_makeup.bake.files import read_image
-from km_makeup.blender import looks
+from km_makeup.blender import compositor, looks
 from km_makeup.blender.makeup import refresh
-from km_makeup.blender.reference import ReferenceRun, Restoring, make_reference, white_of
+from km_makeup.blender.reference import ReferenceRun, Restoring, make_reference, rendered, white_of
 from km_makeup.errors import MakeupError
 from km_makeup.makeup import Layer, Look
 from tests.blender import scenes
@@ -102,7 +102,8 @@ def test_a_render_that_fails_leaves_the_scene_as_it_was(monkeypatch: pytest.Monk
     obj = small_head()
     before = settings()
     run = ReferenceRun(bpy.context.scene, obj, samples=4)
-    run.prepare()
+    while run.prepare() and run.current == "picture":  # which is the scene as it is
+        assert settings() == before
     assert settings() != before
     run.restore()
     assert settings() == before
@@ -190,3 +191,38 @@ def test_far_from_edges_the_shell_is_the_same_picture(tmp_path: Path) -> None:
     a, b = (read_image(one.files["reference"])[0][..., :3] for one in (with_shell, without))
     inside = slice(8, 16)
     assert np.abs(a[inside, inside].mean(axis=(0, 1)) / b[inside, inside].mean(axis=(0, 1)) - 1).max() < 0.05
+
+
+@pytest.mark.parametrize("diffused", [False, True])
+def test_what_is_compared_is_the_picture_that_the_scene_renders(tmp_path: Path, diffused: bool) -> None:
+    """Not one of materials rebuilt for Cycles, without the compositor's diffusion: both were so for a while."""
+    obj = scenes.head()
+    scenes.studio()
+    material = scenes.skin()
+    scenes.principled_of(material).inputs["Subsurface Scale"].default_value = 0.02
+    obj.data.materials.append(material)
+    scene = bpy.context.scene
+    scene.render.engine, scene.eevee.taa_render_samples = "BLENDER_EEVEE", 2
+    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 48, 48, 100
+    looks.apply_look(
+        obj, Look("Half", (Layer("foundation-light", 10.0, scenes.write_map(tmp_path, "m", scenes.spots())),))
+    )
+    obj.km_makeup.both_engines = False
+    if diffused:
+        compositor.ask(scene, compositor.Profile.OWN, (), 6, True)
+        obj.km_makeup.scattering = "SCREEN"
+    refresh(obj, scene)
+    assert (compositor.find(scene) is not None) == diffused
+    bpy.ops.render.render()
+    alone = rendered(scene)
+    run = ReferenceRun(scene, obj, samples=2)
+    try:
+        while run.prepare():
+            bpy.ops.render.render()
+            run.collect()
+    finally:
+        run.restore()
+    assert np.array_equal(run.pictures["picture"], alone)
+    assert (compositor.find(scene) is not None) == diffused
+    bpy.ops.render.render()
+    assert np.array_equal(rendered(scene), alone)
