@@ -316,11 +316,11 @@ def _profile(
     obj: bpy.types.Object, scene: bpy.types.Scene
 ) -> tuple[tuple[float, ...], tuple[tuple[float, float, float], ...]]:
     """Gaussians of the skin's own subsurface scattering, narrowest first."""
-    found = np.maximum(distances_of(obj, scene), distances_of(obj, scene, BURLEY))  # as Cycles and as EEVEE reads them
     if obj.km_makeup.scattering == "SCREEN":
         profile = compositor.planned_profile(scene, obj)
         order = np.argsort(profile.variances)
         return tuple(profile.variances[order].tolist()), tuple(tuple(w) for w in profile.weights[order].tolist())
+    found = np.maximum(distances_of(obj, scene), distances_of(obj, scene, BURLEY))  # as Cycles and as EEVEE reads them
     if not len(found):
         return (), ()
     d = np.exp(np.mean(np.log(np.maximum(found, 1e-4)), axis=0))

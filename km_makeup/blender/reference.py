@@ -153,6 +153,15 @@ class ReferenceRun:
                 f"{self.obj.name!r} is not in the picture of the camera {self.scene.camera.name!r}; aim it at the head."
             )
 
+    def render(self) -> None:
+        """All renders at once, without a window; the scene is as it was afterwards, whatever happens."""
+        try:
+            while self.prepare():
+                bpy.ops.render.render()
+                self.collect()
+        finally:
+            self.restore()
+
     def restore(self) -> None:
         """The scene as it was."""
         self._settings.restore()
@@ -246,12 +255,7 @@ def make_reference(
 ) -> ReferenceReport:
     """All at once, without a window: the report, the files beside ``target``."""
     run = ReferenceRun(scene, obj, samples, seed)
-    try:
-        while run.prepare():
-            bpy.ops.render.render()
-            run.collect()
-    finally:
-        run.restore()
+    run.render()
     return run.write(target)
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import bpy
@@ -20,6 +22,9 @@ GRID = 96
 COLOURS = 12
 POINTS = 4096
 """On a skin's surface, where the mean of its colour is taken."""
+
+Tile = Callable[[int], NDArray[np.float32]]
+"""Pixels of an image by the number of the tile."""
 
 
 @dataclass(frozen=True)
@@ -94,8 +99,11 @@ def skin_of(materials: list[bpy.types.Material], obj: bpy.types.Object) -> Skin:
                 known = False
             else:
                 textures.append(on_makeup_map(node, obj))
-                found.append(_sample(node.image, _tiles(node.image, obj)))
-                means.append(_mean(node, obj, material, found[-1]))
+                tile = functools.cache(
+                    functools.partial(pixels_of, node.image)
+                )  # millions of texels are read once for both
+                found.append(_sample(node.image, _tiles(node.image, obj), tile))
+                means.append(_mean(node, obj, material, found[-1], tile))
     if not found:
         from ..spectra.people import human_skins
 
@@ -171,15 +179,17 @@ def _key(image: bpy.types.Image) -> tuple:
     return image.session_uid, tuple(image.size), image.filepath, image.colorspace_settings.name, space
 
 
-def _sample(image: bpy.types.Image, tiles: tuple[int, ...]) -> NDArray:
+def _sample(image: bpy.types.Image, tiles: tuple[int, ...], tile: Tile) -> NDArray:
     """Colours of a texture; kept, since reading millions of texels takes longer than all fits, unless it has unsaved strokes."""
     key = (*_key(image), tiles)
     if image.is_dirty or key not in _samples:
-        _samples[key] = np.concatenate(_readable(image, tiles or (udim.FIRST,)))
+        _samples[key] = np.concatenate(_readable(image, tiles or (udim.FIRST,), tile))
     return _samples[key]
 
 
-def _mean(node: bpy.types.Node, obj: bpy.types.Object, material: bpy.types.Material, otherwise: NDArray) -> NDArray:
+def _mean(
+    node: bpy.types.Node, obj: bpy.types.Object, material: bpy.types.Material, otherwise: NDArray, tile: Tile
+) -> NDArray:
     """Mean colour of a texture over the faces that have the material; that of ``otherwise`` where it cannot be told."""
     image, mesh, drawn = node.image, obj.data, _drawn_on(node, obj)
     if drawn not in mesh.uv_layers or len(mesh.uv_layers[drawn].uv) != len(mesh.loops):  # none while it is edited
@@ -188,7 +198,7 @@ def _mean(node: bpy.types.Node, obj: bpy.types.Object, material: bpy.types.Mater
     key = (*_key(image), mesh.session_uid, drawn, len(mesh.loops), slots)
     if image.is_dirty or key not in _samples:
         uv = spread_over(triangles_of(mesh, drawn), slots, POINTS)
-        colours = _colours_at(image, uv)
+        colours = _colours_at(image, uv, tile)
         _samples[key] = (colours if len(colours) else otherwise).mean(axis=0)
     return _samples[key]
 
@@ -198,13 +208,13 @@ def _with_copies(material: bpy.types.Material, obj: bpy.types.Object) -> set[bpy
     return {material, *(entry.made for entry in obj.km_makeup.slots if entry.original == material and entry.made)}
 
 
-def _colours_at(image: bpy.types.Image, uv: NDArray) -> NDArray:
+def _colours_at(image: bpy.types.Image, uv: NDArray, tile: Tile) -> NDArray:
     """Colours (count, 3) of the texels at places on a UV map, in the tiles of the image that have pixels."""
     numbers = tile_numbers(uv) if udim.is_tiled(image) else np.full(len(uv), udim.FIRST)
     found = [np.zeros((0, 3))]
     for number in np.unique(numbers):
         try:
-            values = pixels_of(image, int(number))
+            values = tile(int(number))
         except MakeupError:
             continue
         height, width = values.shape[:2]
@@ -213,12 +223,12 @@ def _colours_at(image: bpy.types.Image, uv: NDArray) -> NDArray:
     return np.concatenate(found)
 
 
-def _readable(image: bpy.types.Image, tiles: tuple[int, ...]) -> list[NDArray]:
+def _readable(image: bpy.types.Image, tiles: tuple[int, ...], tile: Tile) -> list[NDArray]:
     """Colours of those tiles that have pixels; MakeupError where none has."""
     found, problem = [], None
     for number in tiles:
         try:
-            found.append(_read(pixels_of(image, number), image))
+            found.append(_read(tile(number), image))
         except MakeupError as error:
             problem = error
     if problem is not None and not found:

@@ -216,12 +216,7 @@ def test_what_is_compared_is_the_picture_that_the_scene_renders(tmp_path: Path, 
     bpy.ops.render.render()
     alone = rendered(scene)
     run = ReferenceRun(scene, obj, samples=2)
-    try:
-        while run.prepare():
-            bpy.ops.render.render()
-            run.collect()
-    finally:
-        run.restore()
+    run.render()
     assert np.array_equal(run.pictures["picture"], alone)
     assert (compositor.find(scene) is not None) == diffused
     bpy.ops.render.render()
