@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import bpy
 import numpy as np
 import pytest
 
-from km_makeup.blender import compositor, makeup
+from km_makeup.blender import compositor, looks, makeup
 from km_makeup.blender.compositor.levels import RATIO, levels
 from km_makeup.blender.compositor.profiles import burley_distances, distances_of
+from km_makeup.blender.facts import facts_of
 from km_makeup.blender.update import paused
 from km_makeup.errors import MakeupError
+from km_makeup.makeup import Layer, Look
 from km_makeup.optics.diffusion import SKIN, burley_within, fit_gaussians
 from tests.blender import scenes
 from tests.compositor.widths import METHODS, measured, read
@@ -107,3 +111,21 @@ def test_levels_keep_the_profile_and_are_never_far_apart(count: int, pixels_per_
     assert np.all((lost >= -1e-12) & (lost < 0.04 / pixels_per_mm**2))
     blurs = variances[variances > 0]
     assert np.all(blurs[1:] / blurs[:-1] < RATIO * 1.001)
+
+
+def test_plans_take_the_wider_of_what_the_two_renderers_read(tmp_path: Path) -> None:
+    """Blender's Random Walk (Legacy; 5.1 and before: Random Walk) scatters less far in Cycles than EEVEE does by the same radius."""
+    head = scenes.head()
+    material = scenes.skin()
+    node = scenes.principled_of(material)
+    names = node.bl_rna.properties["subsurface_method"].enum_items.keys()
+    node.subsurface_method = "RANDOM_WALK_LEGACY" if "RANDOM_WALK_LEGACY" in names else "RANDOM_WALK"
+    head.data.materials.append(material)
+    looks.apply_look(
+        head, Look("Half", (Layer("foundation-light", 10.0, scenes.write_map(tmp_path, "m", scenes.spots())),))
+    )
+    walk = facts_of(head, bpy.context.scene).skin.variances
+    node.subsurface_method = "BURLEY"
+    assert facts_of(head, bpy.context.scene).skin.variances == pytest.approx(walk)
+    node.subsurface_method = "RANDOM_WALK_SKIN"
+    assert max(facts_of(head, bpy.context.scene).skin.variances) > 2 * max(walk)
